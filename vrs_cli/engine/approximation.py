@@ -1,9 +1,9 @@
 """Approximate paths for viewers: the path of the tool tip by lines, and straight lines by cubics of the joints.
 
-Lines have few points, placed by curvature and not by time, close enough to the path that g gives the tip. The cubics
-serve viewers that have no inverse kinematics. Each cubic has the joints and joint velocities of g at both of its ends
-(Hermite), so neighbouring cubics join without a jump of position or velocity. A piece that leaves g by more than a
-tolerance is halved.
+Lines have few points. The points are placed by curvature and not by time, close enough that the lines stay near the tip
+positions that g returns. The cubics serve viewers that have no inverse kinematics. Each cubic has the joints and joint
+velocities of g at both of its ends (Hermite), so neighbouring cubics join without a jump of position or velocity. A
+piece that differs from g by more than a tolerance is halved.
 """
 
 from __future__ import annotations
@@ -25,11 +25,13 @@ from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Motion, MotionKind
 
-MAX_TURN = 0.5  # [rad, m] sum over all joints: on a shorter path the tip reverses at most once
+# [rad, m] a path is cut until all joints together move no more than this: then the tip reverses at most once
+MAX_TURN = 0.5
 PROBES = (0.25, 0.5, 0.75)  # fractions of a line at which its distance from the path is measured
-LINE_MARGIN = 0.8  # fraction of the error: between the probes the path may be a little farther from its line
+# fraction of the allowed error at the probes, since between them the path may be farther from its line
+LINE_MARGIN = 0.8
 MAX_HALVINGS = 12  # maximum number of halvings: pieces of a line of 1 s are not shorter than 0.25 ms
-SIGHT_STEP_S = 10.0  # [s] the visible part begins and ends at multiples of this time, so that it rarely changes
+SIGHT_STEP_S = 10.0  # [s] the part with lines begins and ends at multiples of this time, so that it rarely changes
 
 Tip = Callable[[float], Vector]  # the position of the tool tip in the world [m], s seconds into a segment
 Place = tuple[float, Vector]  # a time [s], and the position of the tool tip at that time [m]
@@ -65,7 +67,7 @@ class ToolLine(NamedTuple):
 
 
 class ToolPath:
-    """Computes the lines of one arm; no point of the tip's path is farther than `error` [m] from these lines.
+    """Computes and caches the lines of an arm; no point of the tip's path is farther than `error` [m] from these lines.
 
     The lines of a part of a timeline are cached while the part is visible, because versions of a timeline share their
     unchanged parts.
@@ -73,12 +75,11 @@ class ToolPath:
 
     def __init__(self, arm: RobotArm, error: float) -> None:
         self._arm, self._error = arm, error
-        # lines by the id of their row; the row is stored with them, so that no other object gets this id
+        # lines by (id of the row, first, last); the row is stored too, so that no other object gets its id
         self._seen: dict[tuple[int, int, int], tuple[Row, tuple[ToolLine, ...]]] = {}
 
     def lines(self, timeline: Timeline, begin: float, end: float) -> list[ToolLine]:
-        """Return, in order, the lines of the tip between two times [s]; there may be further lines before and after
-        them."""
+        """Return, in order, all lines of the tip that overlap the time from `begin` to `end` [s]."""
         before, self._seen = self._seen, {}
         found = list[ToolLine]()
         for block in timeline.blocks(begin // SIGHT_STEP_S * SIGHT_STEP_S, -(-end // SIGHT_STEP_S) * SIGHT_STEP_S):
@@ -90,7 +91,7 @@ class ToolPath:
 
 
 def _block_lines(arm: RobotArm, block: RowPart, error: float) -> Iterator[ToolLine]:
-    """Yield a line for each segment that moves; one line for consecutive steered segments."""
+    """Yield a line for each segment that moves; a single line for consecutive steered segments."""
     steered = list[ToolLine]()
     for segment in block.row.between(block.first, block.last):
         if segment.phase is Phase.REST or segment.duration <= 0.0:
@@ -119,7 +120,7 @@ def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
 
 
 def _join_lines(lines: Sequence[ToolLine], error: float) -> ToolLine:
-    """Join consecutive lines, and leave out points that are not needed."""
+    """Join consecutive lines, and leave out the points that the allowed error makes unnecessary."""
     places = [place for line in lines for place in zip(line.times[:-1], line.points[:-1], strict=True)]
     places.append((lines[-1].times[-1], lines[-1].points[-1]))
     times, points = zip(*thin_out(places, 0.5 * error), strict=True)
@@ -127,8 +128,8 @@ def _join_lines(lines: Sequence[ToolLine], error: float) -> ToolLine:
 
 
 def thin_out(places: Sequence[Place], error: float) -> Iterator[Place]:
-    """Yield only the points that are needed: no left-out point is farther than `error` [m] from the line between its
-    neighbours.
+    """Yield only the points that are needed: no omitted point is farther than `error` [m] from the straight line
+    between the two yielded points around it.
     """
 
     def near(some: Sequence[Place]) -> bool:
@@ -145,7 +146,7 @@ def thin_out(places: Sequence[Place], error: float) -> Iterator[Place]:
 
 
 def tip_of(arm: RobotArm, segment: Segment) -> Tip:
-    """Return a function from the time in a segment to the position of the tool tip."""
+    """Return a function that maps the time since the start of a segment [s] to the position of the tool tip."""
     path, frames = segment.path, segment.motion.frames
     T_world_robot, p_flange_tip = inverse(frames.base), position(frames.tool)
     if isinstance(path, JointPath):
@@ -174,10 +175,12 @@ def distance_from_line(p: Vector, a: Vector, b: Vector) -> float:
     return dist(there, (part * along[0], part * along[1], part * along[2]))
 
 
-PIECE_LOOKS = 8  # number of parts of a piece that are compared with g; even, so that half pieces have the same times
-PIECE_MARGIN = 0.9  # fraction of the tolerance allowed at the compared times: between them a piece may be farther off
-MIN_PIECE_S = 2.0**-20  # minimum duration [s] of a piece that is halved, about 1 us
-TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # [rad, m] allowed tolerances
+# number of parts of a piece, which is compared with g between them; even, so that halves reuse the times
+PIECE_LOOKS = 8
+# fraction of the tolerance allowed at the compared times, since between them a piece may differ more
+PIECE_MARGIN = 0.9
+MIN_PIECE_S = 2.0**-20  # [s] (about 1 us) shorter pieces are not halved
+TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # [rad, m] the tolerances with which viewers can get pieces
 
 
 class JointPiece(NamedTuple):
@@ -198,7 +201,7 @@ def known_tolerance(wanted: float) -> float:
     """Return the largest of TOLERANCES that is not above the wanted tolerance [rad, m].
 
     There are only a few TOLERANCES, so that many viewers share the same pieces. Raises IllegalValue for a tolerance
-    below or above all of them.
+    outside the range of TOLERANCES.
     """
     most, least = TOLERANCES[0], TOLERANCES[-1]
     if not least <= wanted <= most:
@@ -228,7 +231,7 @@ def joint_pieces(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[Joi
         twist, still = path.twist(s), (0.0,) * arm.model.joint_count
         try:
             return joint_velocity(arm, path, s, joints(s), twist, segment.motion.frames.tool) if any(twist) else still
-        except StraightLineSingular:  # next to a singular pose, pieces join without a jump but with a kink
+        except StraightLineSingular:  # at a singular pose: zero velocity joins pieces without a jump, but with a kink
             return still
 
     def state(s: float) -> _State:

@@ -1,7 +1,7 @@
 """Record the history of a timeline: its first version, every change since, and the changes that UNDO can take back.
 
-The timeline changes only here, in one order: a planned change is written into the journal, then it takes effect, then
-the callback `told` is called. A change that the journal refuses does not take effect.
+The timeline changes only here, in a fixed order: a planned change is written into the journal, then it takes effect,
+then the callback `told` is called. A change that the journal refuses does not take effect.
 
 A book with a window keeps only its latest part in memory. After each change a little of the past is removed from
 memory: commands that UNDO would take back, deltas, and rows of segments. From time to time a checkpoint is written. The
@@ -29,17 +29,17 @@ from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, KeptDeltas, Timel
 from vrs_cli.values.commands import EventEdit, Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord, Displacement, Moved
 
-CHANGES_AT_ONCE = 50  # number of changes that are planned before other work gets a turn
+CHANGES_AT_ONCE = 50  # number of changes that are planned before the caller may do other work
 R = TypeVar("R")
 Parts = Generator[None, None, R]  # work in parts; the caller may do other work between two parts
-ROW_LENGTH = 128  # maximum number of segments of a row, so that one change writes at most this many (3 ms of CPU)
-MAX_MOTIONS_COMPARED = 100  # maximum number of motions compared, to limit the cost of an answer
+ROW_LENGTH = 128  # maximum number of segments of a row, so that a change writes at most this many (3 ms of CPU)
+MAX_MOTIONS_COMPARED = 100  # maximum number of motions of which an answer says how they moved, to limit its cost
 SAME_TIME = 5e-4  # [s] times closer than this are shown as equal
 
 
 class WindowSize(Struct, frozen=True):
-    """The part of a book that stays in memory: the commands and deltas of the last `changes`, and the last `segments`.
-    A new checkpoint is written `checkpoint` changes after the last checkpoint.
+    """How much of a book stays in memory: the commands and deltas of the last `changes` changes, and the last
+    `segments` segments. A checkpoint is written when `checkpoint` changes have passed since the previous checkpoint.
     """
 
     changes: int = 512
@@ -48,7 +48,7 @@ class WindowSize(Struct, frozen=True):
 
 
 class Store(KeptDeltas, Protocol):
-    """Storage for the past of a book. Rows that cannot be written stay in memory."""
+    """A place outside memory for the past of a book. Rows that cannot be written stay in memory."""
 
     def keep_row(self, row: Row) -> RowStore | None:
         """Write a row and return its store; None if the row cannot be written now."""
@@ -58,13 +58,13 @@ class Store(KeptDeltas, Protocol):
 
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
         """Write the file positions of all rows of a timeline and of its events. Return whether this was possible.
-        `commands`: the number of commands in force; `number`: the number of the last motion.
+        `commands`: the number of commands that are not undone; `number`: the number of the last motion.
         """
 
 
 class MemoryWindow:
-    """Keeps only the latest part of a book in memory. `checkpoint`: the version of the timeline at the last
-    checkpoint.
+    """Removes all but the latest part of a book from memory. `reach`: the size of this part; `checkpoint`: the version
+    of the timeline at the last checkpoint.
     """
 
     def __init__(self, store: Store, reach: WindowSize, checkpoint: int = 0) -> None:
@@ -73,19 +73,19 @@ class MemoryWindow:
         self._first_event = 0  # number of the first event that is not written yet
 
     def let_go(self, timeline: Timeline, deltas: Sequence[TimelineDelta], commands: int, number: int) -> None:
-        """Remove a part of the past from memory after these changes, and write a checkpoint if enough changes have
-        passed. `timeline`: the timeline after the changes. `commands`, `number`: as for `Store.keep_checkpoint`.
+        """Remove a part of the past from memory after the changes `deltas`, and write a checkpoint if enough changes
+        have passed. `timeline`: the timeline after the changes. `commands`, `number`: as for `Store.keep_checkpoint`.
         """
         self._first = min(
             [self._first, *[max(delta.keep - SMALL_LEAF - 1, 0) for delta in deltas]]
-        )  # segments may be merged with their neighbours
+        )  # an edit may also merge segments shortly before it into other rows
         edits = [delta.events.keep - SMALL_LEAF - 1 for delta in deltas if delta.events is not None]
         self._first_event = max(min([self._first_event, *edits]), 0)
         count = len(timeline)
         for index, _, leaf in timeline.parts(max(count - 2 * ROW_LENGTH, 0)):
             row, is_last = leaf.row, index + leaf.count == count
             if not row.closed and len(row) >= (ROW_LENGTH if is_last else ROW_LENGTH // 2):
-                # limits the growth of the last row beyond ROW_LENGTH by new segments or by a merged row
+                # so that neither new segments nor a merged row make it much longer than ROW_LENGTH
                 row.close()
         due = timeline.version - self._checkpoint >= max(
             self.reach.checkpoint, (count + timeline.event_count) // ROW_LENGTH
@@ -95,8 +95,8 @@ class MemoryWindow:
             self._checkpoint = timeline.version
 
     def _write_rows(self, timeline: Timeline, *, due: bool) -> bool:
-        """Write old rows and remove them from memory; if a checkpoint is `due`, write all rows. Return whether all rows
-        are written.
+        """Write old rows to the store and remove them from memory; if a checkpoint is `due`, write all rows. Return
+        whether nothing remains to be written.
         """
         written, old, away = 0, len(timeline) - self.reach.segments, True
         for index, _, leaf in timeline.parts(self._first):
@@ -119,8 +119,8 @@ class MemoryWindow:
         return True
 
     def _write_events(self, timeline: Timeline, *, due: bool) -> bool:
-        """Write rows of events that are long enough, or all rows if a checkpoint is `due`. Return whether all events
-        are written. Events stay in memory, 50 bytes each.
+        """Write rows of events that are long enough, or all rows if a checkpoint is `due`. Return whether nothing
+        remains to be written. Written events also stay in memory, 50 bytes each.
         """
         written, before = 0, True
         for index, _, leaf in timeline.event_parts(self._first_event):
@@ -140,7 +140,7 @@ class MemoryWindow:
 
 
 def whole(parts: Parts[R]) -> R:
-    """Run all parts of some work without a pause, and return its result."""
+    """Do all parts of some work without a pause, and return its result."""
     while True:
         try:
             next(parts)
@@ -150,11 +150,12 @@ def whole(parts: Parts[R]) -> R:
 
 
 class JournalWriter(Protocol):
-    """Writes every change to the journal before the change takes effect."""
+    """A journal, to which every change is written before it takes effect."""
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
         """Write deltas. Raises FileError if they cannot be written; the caller must then not apply them. Does not raise
-        FileError for changes that are applied in any case (`happens`)."""
+        FileError for changes that the caller applies in any case (`happens`).
+        """
 
     @property
     def unsettled(self) -> bool:
@@ -167,16 +168,16 @@ class JournalWriter(Protocol):
 
 
 def silent(_deltas: Sequence[TimelineDelta]) -> None:
-    """Ignore a change."""
+    """Do nothing: the callback of a book without listeners."""
 
 
 class Book:
     """The recorded history of one robot: `timeline` is `initial` after all `deltas`.
 
-    `number`: the number of the last motion. `stream`: the motion of the last command, while more targets of this motion
-    may come (`prolong`). `window`: keeps only a part of the book in memory; None: all of the book stays in memory.
-    `marks_events`: the motions in its file contain the opening of the hand. The next delta must then have events, and
-    later motions no longer contain the opening.
+    `number`: the number of the last motion. `stream`: the motion of the last command, if it follows a stream of targets
+    and more targets may come (`prolong`). `window`: removes old parts of the book from memory; None if the whole book
+    stays in memory. `marks_events`: the motions in the book's file contain the opening of the hand. The next delta must
+    then have events, and later motions no longer contain the opening.
     """
 
     def __init__(
@@ -201,12 +202,12 @@ class Book:
 
     @classmethod
     def at(cls, joints: Joints) -> Book:
-        """Make an empty book: the robot is at rest at these joints from time 0 on."""
+        """Make an empty book of a robot that is at rest at these joints from time 0 on."""
         initial = Timeline([rest(joints, 0.0, 0.0, Motion(0, MotionKind.REST, Start.AT))])
         return cls(initial, initial)
 
     def copy(self) -> Book:
-        """Return a book with the same past, to continue separately, without a journal and without listeners."""
+        """Return a book with the same past, without journal and listeners, whose later changes are separate."""
         self.end_stream()
         book = Book(self.initial, self.timeline, self.deltas, self.history.copy(), self.number)
         book.marks_events = self.marks_events
@@ -219,8 +220,9 @@ class Book:
         return records(self.timeline, [step.delta for step in self.history.done])
 
     def all_records(self) -> Callable[[], tuple[CommandRecord, ...]]:
-        """Return a function that lists all motion commands in force now. The function may be slow; any thread may call
-        it."""
+        """Return a function that lists all motion commands that are not undone, including those that are no longer in
+        memory. The function may be slow; any thread may call it.
+        """
         timeline, deltas, history = self.timeline, self.deltas.copy(), self.history.copy()
         return lambda: records(
             timeline, commands_in_force(deltas) if history.forgotten else [step.delta for step in history.done]
@@ -229,8 +231,9 @@ class Book:
     # --- changing the timeline ---
 
     def commit(self, steps: Sequence[HistoryStep], timeline: Timeline | None = None, *, happens: bool = False) -> None:
-        """Apply the changes of new commands, planned one after the other: all of them or, if FileError is raised, none.
-        With `happens`, apply them in any case. `timeline`: the resulting timeline, if the caller knows it.
+        """Apply the changes of new commands, each planned on the result of the previous one: all of them or, if
+        FileError is raised, none. With `happens`, apply them in any case. `timeline`: the resulting timeline, if the
+        caller knows it.
         """
         deltas = [step.delta for step in steps]
         wrong = self._change(deltas, timeline, happens=happens)
@@ -244,8 +247,8 @@ class Book:
             raise wrong
 
     def prolong(self, delta: TimelineDelta) -> None:
-        """Apply the change for the next target of the stream, as a part of the last command. Raises FileError. For the
-        previous target, `deltas` keeps only the part that the robot executed.
+        """Apply the change for the next target of the stream, as a part of the last command. Raises FileError. Of the
+        previous change, `deltas` keeps only the part that the robot has executed.
         """
         self._change([delta], goes_on=True)
         if len(self.deltas) % PART != 1:  # the first delta of a part stays as it is in the file
@@ -274,8 +277,8 @@ class Book:
 
     def undo(self, count: int, clock: Callable[[], float], *, leaves_recorded: bool) -> Parts[float]:
         """Undo the last `count` commands, all of them or none, and return the clock [s] before them. `clock` returns
-        the present time; `leaves_recorded`: as for `History.last_done`. Raises UsageError if there are fewer commands,
-        RequestRefused, FileError.
+        the current time [s]; `leaves_recorded`: as for `History.last_done`. Raises UsageError if there are fewer
+        commands, RequestRefused, FileError.
         """
         self.end_stream()
         steps, version = self.history.last_done(count, leaves_recorded=leaves_recorded), self.timeline.version
@@ -291,8 +294,8 @@ class Book:
         return before
 
     def redo(self, count: int, check: Callable[[Timeline, TimelineDelta], None] | None = None) -> Parts[float]:
-        """Repeat the commands that were undone last, all of them or none, and return the clock [s] after them. `check`
-        may refuse any of them. Raises as `undo` does.
+        """Repeat the last `count` commands that were undone, all of them or none, and return the clock [s] after them.
+        `check` may refuse any of them. Raises the same errors as `undo`.
         """
         undone, version = self.history.last_undone(count), self.timeline.version
         again = (one.step.present(version + number) for number, one in enumerate(undone))
@@ -323,8 +326,8 @@ class Book:
     def _plan_changes(
         self, deltas: Iterable[TimelineDelta], check: Callable[[Timeline, TimelineDelta], None] | None = None
     ) -> Parts[tuple[list[TimelineDelta], Timeline]]:
-        """Apply changes one after the other to a timeline that is not published yet, and return both. `check` is called
-        before each change. Raises RequestRefused if another change took place meanwhile.
+        """Apply changes in order to a timeline that is not published yet; return the changes and this timeline. `check`
+        is called before each change. Raises RequestRefused if another change of the book happened in a pause.
         """
         before = timeline = self.timeline
         planned: list[TimelineDelta] = []
@@ -351,7 +354,7 @@ class Book:
         happens: bool = False,
         goes_on: bool = False,
     ) -> Exception | None:
-        """Write changes into the journal, then apply them. They end the stream, unless the stream `goes_on`.
+        """Write changes into the journal, then apply them. They end the stream of targets, unless it `goes_on`.
         `timeline`: the resulting timeline, if the caller knows it. Return the error of the journal if the changes take
         effect in spite of the error (`happens`).
         """
@@ -376,8 +379,8 @@ class Book:
 
 
 def displacement(book: Book, before: Timeline) -> Displacement | None:
-    """Return how a change has moved the motions and events of the timeline `before`, and the motions with a time stamp
-    that were issued since then.
+    """Return how a change has moved the motions and events of the timeline `before`, and also the motions with a time
+    stamp that were issued since `before`.
 
     Return None if nothing has been moved. Motions that UNDO took back do not count as dropped.
     """
@@ -394,7 +397,8 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
         if one.motion.start is Start.AT and one.segments and abs(one.executed - one.issued) > SAME_TIME
     ]
     new = {motion.number: begin for motion, begin in islice(_begins(book.timeline, since), 2 * MAX_MOTIONS_COMPARED)}
-    gone = len(new) < 2 * MAX_MOTIONS_COMPARED  # if so, a motion that is missing here has been dropped
+    # the list is complete, so a motion that is missing in it has been dropped
+    gone = len(new) < 2 * MAX_MOTIONS_COMPARED
     new.update((motion.number, time) for motion, time in _event_times(book.timeline, since, commands))
     rows = [
         (motion, begin, new.get(motion.number))
@@ -413,7 +417,7 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
 
 
 def _sort_moved(moved: Sequence[Moved], *, more: bool = False) -> Displacement:
-    """Sort moved motions into later, earlier and dropped motions."""
+    """Sort moved motions into later, earlier and dropped motions. `more`: further motions were not compared."""
     return Displacement(
         tuple(one for one in moved if one.later > SAME_TIME),
         tuple(one for one in moved if one.later < -SAME_TIME),
@@ -436,8 +440,8 @@ def displacement_of(commands: Iterable[CommandRecord]) -> Displacement | None:
 def _event_times(
     timeline: Timeline, since: float, commands: Mapping[int, HistoryStep]
 ) -> Iterator[tuple[Motion, float]]:
-    """Yield the first commands that set channels later than `since`, at most MAX_MOTIONS_COMPARED, each with its
-    time.
+    """Yield each command that sets channels later than `since` [s], with the time of its event; at most the first
+    MAX_MOTIONS_COMPARED events.
     """
     first = timeline.events_by(since)
     for event in timeline.event_slice(first, min(first + MAX_MOTIONS_COMPARED, timeline.event_count)):
@@ -447,7 +451,7 @@ def _event_times(
 
 
 def _begins(timeline: Timeline, since: float) -> Iterator[tuple[Motion, float]]:
-    """Yield the motions that begin at `since` or later, each with its start time [s]."""
+    """Yield the motions that begin at `since` [s] or later, each with its start time [s]."""
     index = timeline.index_at(since)
     while index and timeline[index].start >= since:
         index -= 1

@@ -5,10 +5,10 @@ there. These positions are proved, not sampled: a path is halved until every par
 and shorter parts towards the boundary, and its joints are sampled more closely there. Source: the branch-and-bound
 search of Moore, Kearfott and Cloud, "Introduction to Interval Analysis" (2009).
 
-Where a line is a tangent of a boundary, the joints are continuous but change their direction abruptly: the line comes
-to rest at that point, and then continues. A line that ends or begins on a boundary must be a tangent of it. Otherwise a
+Where a line is tangent to a boundary, the joints are continuous but change their direction abruptly: the line comes to
+rest at that point, and then continues. A line that ends or begins on a boundary must be tangent to it. Otherwise a
 joint moves with the square root of the distance of the tool, so its velocity would have to jump. Where a joint would
-have to jump, as at a straight wrist, no line is possible.
+have to jump, as when the wrist is straight, no line is possible.
 """
 
 from __future__ import annotations
@@ -43,23 +43,27 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 
-KEPT_CLEARANCE = 0.25  # minimum clearance to be proved between two samples, as a fraction of their smaller clearance
-END_PART = 1e-4  # fraction of a path: this close to a stop on a boundary, samples are dense anyway
+# clearance that must be proved between two samples, as a fraction of the smaller clearance of the two
+KEPT_CLEARANCE = 0.25
+END_PART = 1e-4  # fraction of a path: no closer marks are needed at its ends, where samples are dense anyway
 MAX_SEARCH_LOOKS = 5000
-REMEMBERED_SURVEYS = 64  # number of cached surveys: a line may be planned again, with other stops or for a held key
-FEW_LOOKS = 8  # maximum number of samples for which a denser sampling is not needed
-# fractions of the maximum clearances of a path: a smaller clearance is close to a boundary
+# number of cached surveys: the same line may be planned again, with other stops or while a jog key is held
+REMEMBERED_SURVEYS = 64
+FEW_LOOKS = 8  # a search that needed at most this many samples met no boundary closely: it gives no marks
+# for each clearance, the fraction of its maximum on the path below which it counts as close to the boundary
 CLOSE_PARTS = (0.01, 0.01, 0.01, 0.1)
-DIFFERENCE_STEP = 1e-5  # [m] step of differences around a touch, which locate it with an error of 1e-9
-TANGENT_STEP = 1e-5  # [m] distance from the end of a line at which differences show whether it is a tangent
+DIFFERENCE_STEP = 1e-5  # [m] step of the finite differences that locate a touch; the error is then about 1e-9 m
+TANGENT_STEP = 1e-5  # [m] step of the finite differences at the end of a line that show whether it is a tangent
 TANGENT_SLOPE = 1e-8  # [m] maximum slope of a clearance [m2] along a path that counts as a tangent
 NEWTON_STEPS = 3
 MAX_TOUCH_CHANGE = 0.01  # [rad, m] maximum change of a joint at a touch of a boundary that does not count as a jump
-STRAIGHTENINGS = 2  # number of straightenings; the second removes the rounding errors of the first
+STRAIGHTENINGS = 2  # number of corrections of the wrist; the second removes the rounding errors of the first
 
 
 class Touch(NamedTuple):
-    """A part of a path on which a clearance is zero; `which`: the index of this clearance in `Clearance.sizes`."""
+    """The part of a path, from `begin` to `end` [s], on which a clearance is zero; `which`: the index of this clearance
+    in `Clearance.sizes`.
+    """
 
     begin: float
     end: float
@@ -67,9 +71,9 @@ class Touch(NamedTuple):
 
 
 class PathSurvey(Struct, frozen=True):
-    """The result of searching a path. `marks`: times around each close approach to a boundary, more and more dense
-    towards it. `beyond`: a time at which the path is beyond the reach; `endless`: a time at which the search could not
-    decide.
+    """The result of searching a path for boundaries. `marks`: times [s] around each close approach to a boundary, more
+    and more dense towards it. `beyond`: a time at which the path is beyond the reach; `endless`: a time at which the
+    search could not decide; both None if there is no such time.
     """
 
     touches: tuple[Touch, ...] = ()
@@ -79,8 +83,8 @@ class PathSurvey(Struct, frozen=True):
 
 
 def survey(follower: Follower, path: CartesianPath, lasting: float) -> PathSurvey:
-    """Search a whole path, from 0 to `lasting` [s], for boundaries and singular poses. Raises MotionError if no line
-    can follow it.
+    """Search a whole path, from 0 to `lasting` [s], for boundaries and singular poses. Raises MotionError if no
+    straight line can follow the path.
     """
     found = _survey(follower.arm, follower.tool, structs.replace(path, seeds=()), lasting)
     if found.beyond is not None:
@@ -92,7 +96,7 @@ def survey(follower: Follower, path: CartesianPath, lasting: float) -> PathSurve
 
 @lru_cache(REMEMBERED_SURVEYS)
 def _survey(arm: RobotArm, T_flange_tool: Transform, path: CartesianPath, lasting: float) -> PathSurvey:
-    """Search a path; results are cached. Paths of an arm without a hand are not searched."""
+    """Search a path; results are cached. Paths of arms without a known wrist (`RobotArm.hand`) are not searched."""
     return PathSurvey() if arm.hand is None else _Search(arm, arm.hand, inverse(T_flange_tool), path, lasting).result()
 
 
@@ -125,7 +129,7 @@ class _Search:
                     return PathSurvey(beyond=middle)
                 pending.append((middle, seen))
                 continue
-            for which in on_boundary:  # the touch may continue an earlier touch
+            for which in on_boundary:  # the touch may continue one that ends where this part begins
                 before = next((touch for touch in self.touches if touch[1:] == (begin, which)), None)
                 if before is None:
                     self.touches.append(Touch(begin, end, which))
@@ -145,7 +149,8 @@ class _Search:
         return seen.shoulder < -shoulder or seen.outer < -outer or seen.inner < -inner or seen.wrist < -wrist
 
     def judge(self, a: Clearance, b: Clearance, h: float) -> tuple[bool, list[int]]:
-        """Return whether every clearance is decided between two samples, and which clearances are on their boundary.
+        """Return whether every clearance is decided between the samples a and b, `h` [s] apart, and the indices of the
+        clearances that are on their boundary.
 
         A clearance is decided if it certainly stays positive, or stays on its boundary from one sample to the other.
         """
@@ -156,12 +161,12 @@ class _Search:
             if low > edge and low >= KEPT_CLEARANCE * min(x, y):
                 continue
             if on_boundary and max(x, y) == inf:
-                continue  # the pose is slightly beyond the boundary, where there are no joints
+                continue  # unknown: the pose is slightly beyond the boundary, where there are no joints
             if not (max(x, y) <= 2.0 * edge and low >= -edge):
                 return False, []
             on_boundary.append(which)
             if which != SHOULDER:
-                break  # the later clearances depend on this clearance, so they have no known bound
+                break  # later clearances depend on this one and have no known bound here, so they are not judged
             least = self.arm.least_clearance(a, b, self.pace, h, beside_axis=True)
         return True, on_boundary
 
@@ -178,7 +183,9 @@ class _Search:
         return tuple(sorted(marks))
 
     def around(self, i: int) -> Iterator[float]:
-        """Yield the time of one sample, and times on both sides, more and more dense towards it."""
+        """Yield times on both sides of sample `i`, more and more dense towards it, and the time of the sample itself
+        unless it is an end of the path.
+        """
         s, step = self.seen[i][0], self.lasting
         nearest = min(abs(self.seen[k][0] - s) for k in (i - 1, i + 1) if 0 <= k < len(self.seen))
         if s in (0.0, self.lasting):
@@ -194,7 +201,7 @@ class _Search:
 
 
 def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Transform) -> HandPace:
-    """Return upper bounds of the speed and turning rate of the hand."""
+    """Return upper bounds of the speed and turning rate of the hand along a path, and of their derivatives."""
     lever = moved_point(T_tool_flange, hand.centre)
     approach = rotate(T_tool_flange, hand.approach)
     rows: Sequence[Polynomial] = path.position
@@ -217,13 +224,13 @@ def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Tran
 
 
 def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, float]:
-    """Return bounds of the first and the second derivative of a vector that turns with the tool."""
+    """Return bounds of the magnitudes of the first and second derivative of a vector `v` that turns with the tool."""
     if not turns:
         return 0.0, 0.0
     rates = [most(derivative(turn.angle), lasting) for turn in turns]
     bends = [most(derivative(derivative(turn.angle)), lasting) for turn in turns]
     across = length(cross(turns[0].axis, v)) if len(turns) == 1 else length(v)
-    total = sum(rates)  # earlier turns move the axes of later ones, which adds to the second derivative
+    total = sum(rates)  # earlier turns rotate the axes of later turns, which adds to the second derivative
     return total * across, (sum(bends) + total * total * (1.0 if len(turns) < 2 else 2.0)) * across
 
 
@@ -237,18 +244,20 @@ class Stop(Struct, frozen=True):
 
 
 class Kinks:
-    """The places where a path, which goes from rest to rest in 1 s, touches a boundary."""
+    """The points at which a path touches a boundary. The path goes from rest to rest in 1 s."""
 
     def __init__(self, follower: Follower, path: CartesianPath, touches: tuple[Touch, ...]) -> None:
         self.follower, self.path, self.touches = follower, path, touches
         hand = follower.arm.hand
         assert hand is not None
         pace = pace_of(path, 1.0, hand, follower.T_tool_flange)
-        # [m/s] if the hand only turns: its speed at a distance of 1 m
+        # [m/s] bound of the speed of the hand; if the hand only turns, the speed of a point 1 m away
         self.speed = pace.speed if pace.speed > ON_BOUNDARY else pace.tilt
 
     def stops(self, near: Joints) -> list[Stop]:
-        """Return where the line has to stop. Raises StraightLineSingular if the joints cannot follow the line."""
+        """Return the points at which the line has to stop. Raises StraightLineSingular if the joints cannot follow the
+        line.
+        """
         for end in (0.0, 1.0):
             if any(end in touch[:2] for touch in self.touches):
                 self._check_tangent(end, near)
@@ -273,8 +282,8 @@ class Kinks:
         return goal
 
     def _check_tangent(self, end: float, near: Joints) -> None:
-        """Raise an error if a line that begins or ends on boundaries is not tangent to each of them. The samples show
-        how the wrist turns.
+        """Raise an error if a line that begins or ends on boundaries is not tangent to each of them. `end`: 0.0 for the
+        start, 1.0 for the end of the line. The wrist is not checked: its samples show how it turns.
         """
         if self.speed <= ON_BOUNDARY:
             return
@@ -286,7 +295,9 @@ class Kinks:
                 raise self.follower.refuse_kink(self.path, end, end + inward, near)
 
     def _stop(self, touch: Touch) -> Stop:
-        """Find the pose with the minimum clearance by Newton's method on differences, and move it onto the boundary."""
+        """Return the stop at a touch: find the pose with the minimum clearance by Newton's method with finite
+        differences, and move it onto the boundary.
+        """
         s, step = 0.5 * (touch.begin + touch.end), DIFFERENCE_STEP / self.speed
         for _ in range(NEWTON_STEPS):
             before, here, after = (self._size(touch.which, self.path.pose(s + side)) for side in (-step, 0.0, step))
@@ -337,7 +348,7 @@ def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
         axis = rotate(inverse(hand.T_axis_base), across)
         at = compose(flange, translation(*hand.centre))
         back = translation(*(-part for part in hand.centre))
-        # small turns about the centre of the wrist
+        # try a small turn about the centre of the wrist in both directions
         sides = (compose(rotation_about(axis, side), at) for side in (angle, -angle))
         turned = [compose(at_position(side, *position(at)), back) for side in sides]
         goal = compose(min(turned, key=lambda pose: length(_across(follower, pose))), follower.tool)
@@ -345,5 +356,5 @@ def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
 
 
 def _across(follower: Follower, flange: Transform) -> Vector:
-    """Return the cross product of the axes of the wrist."""
+    """Return the cross product of the two wrist axes that coincide in the singular pose."""
     return follower.arm.clearance(flange, follower.configuration).across

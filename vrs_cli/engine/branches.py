@@ -1,8 +1,8 @@
 """Try other timelines of the same robot on what-if branches, which users can compare, merge or drop.
 
 A branch begins as a copy of the timeline, clock, settings and undo history. The copy costs little, since timelines
-share their common parts. The journal holds `main`. The changes of a branch get into `main` only by `merge`, as ordinary
-deltas.
+share their common parts. The journal records only `main`. The changes of a branch get into `main` only by `merge`, as
+ordinary deltas.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ MAIN = "main"
 
 
 class Fork(Struct, frozen=True):
-    """The timeline of main, and the commands in force, when a branch left main."""
+    """The state of main at the moment when a branch left it: its timeline, and its commands that were not undone."""
 
     timeline: Timeline
     done: tuple[HistoryStep, ...]
 
     def leaves(self, main: Book) -> bool:
-        """Return whether main is unchanged since the branch left it. A branch from a file counts as having left main
-        before main's first change.
+        """Return whether main is unchanged since the branch left it. A branch that was read from a file counts as
+        having left main before main's first change.
         """
         return self.timeline is main.timeline if main.deltas else self.timeline == main.initial
 
 
 class _Branch(Struct):
-    """A branch. `fork` is None for main. `left` is None while the branch is the present branch, because the engine then
-    has its book.
+    """A branch. `fork` is None for main. `left`: the state in which the branch was left; None for the current branch,
+    because the engine then has its book.
     """
 
     name: str
@@ -51,11 +51,11 @@ class _Branch(Struct):
 
 
 class Branches:
-    """The branches of one engine by name; the engine works on the `present` one. Names that differ only in case are the
-    same.
+    """The branches of one engine by name; the engine works on the `present` (current) branch. Names that differ only in
+    case are the same.
 
-    All users share main; every other branch is visible only to the user who made it. `who`: the user served now, on the
-    branch that this user was last on.
+    All users share main; every other branch is visible only to the user who made it. `who`: the user whose request is
+    being served; the engine works on the branch where this user last was.
     """
 
     def __init__(self, engine: Engine) -> None:
@@ -69,7 +69,7 @@ class Branches:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of all branches that the present user can see, main first."""
+        """Return the names of all branches that the current user can see, main first."""
         return (MAIN, *(branch.name for (who, _), branch in self._made.items() if who == self.who))
 
     @property
@@ -88,16 +88,17 @@ class Branches:
         return self.left(name).book
 
     def left(self, name: str) -> Bookmark:
-        """Return the bookmark at which a branch was left; for the present branch, a bookmark of the present state.
-        Raises UsageError for an unknown name."""
+        """Return the bookmark at which a branch was left; for the current branch, a bookmark of the current state.
+        Raises UsageError for an unknown name.
+        """
         return self._left(self._branch_named(name))
 
     def _left(self, branch: _Branch) -> Bookmark:
-        """Return the bookmark at which a branch was left; for the present branch, a bookmark of the present state."""
+        """Return the bookmark at which a branch was left; for the current branch, a bookmark of the current state."""
         return self.engine.bookmark() if branch.left is None else branch.left
 
     def _find(self, name: str) -> _Branch | None:
-        """Return a branch by its name; None if the present user has no such branch."""
+        """Return a branch by its name; None if the current user has no such branch."""
         return self._main if name.lower() == MAIN else self._made.get((self.who, name.lower()))
 
     def _branch_named(self, name: str) -> _Branch:
@@ -106,18 +107,20 @@ class Branches:
             raise UsageError(f"there is no branch {name}", f"there are {', '.join(self.names)}")
         return found
 
-    # --- changing over ---
+    # --- switching branches ---
 
     def make(self, name: str) -> None:
-        """Make a branch from the present state, and switch to it. Raises UsageError for a name in use."""
-        self.engine.book.end_stream()  # ending a stream changes its command
+        """Make a branch from the current state, and switch to it. Raises UsageError for a name that is in use."""
+        self.engine.book.end_stream()  # first: this changes the last command, which the branch shares with main
         here = self.engine.bookmark()
         fork = self._present.fork or Fork(here.book.timeline, tuple(here.book.history.done))
         self._add(_Branch(name, fork, structs.replace(here, book=here.book.copy())))
         self.change_over(name)
 
     def add(self, name: str, left: Bookmark) -> None:
-        """Add a branch that was read from a file and shares nothing with main. Raises UsageError as `make` does."""
+        """Add a branch that was read from a file and shares no commands with main. Raises the same UsageError as
+        `make`.
+        """
         self._add(_Branch(name, Fork(left.book.initial, ()), left))
 
     def _add(self, branch: _Branch) -> None:
@@ -140,8 +143,8 @@ class Branches:
         self._places[self.who] = branch
 
     def serve(self, who: Hashable, *, stay: bool = False) -> None:
-        """Switch to the branch where a user was last, at first main. `stay`: stay on the present branch, because a
-        program or command runs on it.
+        """Switch to the branch where a user was last; a new user is on main. `stay`: stay on the current branch,
+        because a program or command runs on it.
         """
         self.who = who
         place = self._places.get(who, self._main)
@@ -149,13 +152,14 @@ class Branches:
             self._change_over(place)
 
     def is_at(self, who: Hashable) -> bool:
-        """Return whether a user is on the present branch."""
+        """Return whether a user is on the current branch."""
         return self._places.get(who, self._main) is self._present
 
     @contextmanager
     def own_in_place(self) -> Iterator[None]:
-        """Put the present user's own branch in place for reading, while a program or command runs on another branch.
-        Listeners get no event."""
+        """Put the current user's own branch into the engine, only for reading, while a program or command runs on
+        another branch. Listeners get no event.
+        """
         there, place = self._present, self._places.get(self.who, self._main)
         there.left = self.engine.bookmark()
         self._put(place)
@@ -179,7 +183,7 @@ class Branches:
         place, engine = self._places.get(who, self._main), self.engine
         while True:
             book, now = engine.book, engine.clock.reached
-            left = place.left  # set before the engine leaves this book, and deleted after the engine is back
+            left = place.left  # set before the engine leaves the branch, and deleted after it has returned
             if left is not None:
                 return left.book.timeline, left.clock
             if engine.book is book:
@@ -193,13 +197,15 @@ class Branches:
         self._places.pop(who, None)
 
     def drop(self, name: str) -> None:
-        """Remove a branch; if it is the present one, switch to main first. Raises UsageError as `droppable` does."""
+        """Remove a branch; if it is the current branch, switch to main first. Raises the same UsageError as
+        `droppable`.
+        """
         if self.droppable(name) == self.present:
             self.change_over(MAIN)
         del self._made[(self.who, name.lower())]
 
     def droppable(self, name: str) -> str:
-        """Return the spelled name of a branch that may be dropped.
+        """Return the name of a branch that may be dropped, in the spelling of its creation.
 
         Raises UsageError for main and for an unknown name.
         """
@@ -218,15 +224,15 @@ class Branches:
     def merge(self, name: str) -> int:
         """Merge a branch into main, switch to main, and delete the branch. Return how many commands were planned again.
 
-        Where main has not changed since, main becomes an exact copy of the branch, with clock and settings. Otherwise
-        the commands of the branch are planned again on main, at their times or after its last motion, as they were
-        given; main keeps its settings, and its clock goes on to that of the branch. Raises UsageError, MotionError,
-        FileError; nothing is changed then.
+        If main has not changed since the branch left it, main becomes an exact copy of the branch, with clock and
+        settings. Otherwise the commands of the branch are planned again on main, as they were given, at their times or
+        after the last motion of main; main keeps its settings, and its clock advances at least to the clock of the
+        branch. Raises UsageError, MotionError, FileError; nothing is changed then.
         """
         return whole(self.merging(name))
 
     def merging(self, name: str) -> Parts[int]:
-        """Do `merge` in parts. Also raises RequestRefused, if the robot was stopped meanwhile."""
+        """Do `merge` in parts. Also raises RequestRefused, if the robot was stopped between two parts."""
         branch = self._branch_named(name)
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be merged into itself", "{MERGE branch}")
@@ -247,12 +253,12 @@ class Branches:
         return sum(not step.is_record for step in steps)
 
     def _check_again(self, fork: Fork, main: Bookmark, other: Book) -> Parts[None]:
-        """Run the engine's checks on the commands of a branch, with the settings of main."""
+        """Run the engine's checks on the commands of a branch (the book `other`), with the settings of main."""
         other.end_stream()
         begun, timeline = (main.book.timeline, other.timeline), main.book.timeline
         done, known = other.history.done, fork.done
         same = sum(1 for _ in takewhile(lambda pair: pair[0] is pair[1], zip(done, known, strict=False)))
-        for step in reversed(known[same:]):  # the branch has undone this command
+        for step in reversed(known[same:]):  # commands of main that the branch has undone
             timeline = timeline.apply(step.taking_back(timeline.version))
         for step in done[same:]:
             delta = step.present(timeline.version)
@@ -265,8 +271,8 @@ class Branches:
     def _plan_again(
         self, name: str, fork: Fork, main: Bookmark, left: Bookmark
     ) -> Parts[tuple[list[HistoryStep], Timeline, float]]:
-        """Plan the commands of a branch again, in order, on the present main. Return the commands, and the timeline and
-        clock of main after them.
+        """Plan the commands of a branch again, in order, on main as it is now. Return the commands, and the timeline
+        and clock of main after them.
         """
         begun, timeline = (main.book.timeline, left.book.timeline), main.book.timeline
         old, clock = fork.timeline, main.clock
@@ -276,7 +282,7 @@ class Branches:
         if len(done) < len(known) or any(a is not b for a, b in zip(done, known, strict=False)):
             undone = f"{name} has undone commands of {MAIN}, which has changed since"
             raise UsageError(undone, f"{{UNDO}} them on {MAIN}, or {{DELETEB {name}}}")
-        numbers: dict[int, int] = {}  # numbers of the commands: on the branch => on main
+        numbers: dict[int, int] = {}  # number of a command on the branch => its number on main
         for number, step in enumerate(done[len(known) :], main.book.number + 1):
             motion = step.delta.motion._replace(number=number)
             numbers[step.delta.motion.number] = number
@@ -290,7 +296,7 @@ class Branches:
             try:
                 before = destination_at(arm, timeline, when if motion.start is Start.AT else timeline.end)
                 motion, edit = retarget(arm, motion, before.joints), step.delta.events
-                own = HAND, step.delta.motion.number  # an event of the hand comes with the motion
+                own = HAND, step.delta.motion.number  # the event of the hand that accompanies the motion
                 events = [one for one in edit.events if (one.channel, one.number) == own] if edit else []
                 event = events[0]._replace(number=number) if events else None
                 issued, insert = step.delta.issued, step.insert
@@ -303,7 +309,7 @@ class Branches:
             timeline, old = timeline.apply(delta), old.apply(step.present(old.version))
             if motion.start is not Start.AT:
                 clock = max(clock, timeline.end)
-            elif stood:  # motions with a time stamp (AT): the clock does not wait for them
+            elif stood:  # the clock does not wait for a motion with a time stamp, unless the branch had finished
                 clock = max(clock, destination_at(arm, timeline, delta.executed).time)
             yield
             main.book.check_same(begun[0])
@@ -314,9 +320,9 @@ class Branches:
 def _set_again(
     delta: TimelineDelta, motion: Motion, old: Timeline, new: Timeline, numbers: Mapping[int, int]
 ) -> TimelineDelta:
-    """Return the delta that sets the channels of a branch on main.
+    """Return the delta that repeats on main (`new`) a command of a branch (`old`) that sets channels.
 
-    The time of the event is the same or, if it is tied, it is the same within the motion that was in progress.
+    The time of the event is the same. If the event is tied to a motion, it stays at the same point of that motion.
     `numbers`: the numbers on main of the branch's motions.
     """
     assert delta.events is not None
@@ -339,9 +345,11 @@ def _set_again(
 
 
 def _when(delta: TimelineDelta, old: Timeline, new: Timeline) -> float:
-    """Return when a command of the old timeline begins on the new one [s]: at its own time, or after the last motion.
+    """Return when a command of the old timeline begins on the new timeline [s]: at its own time, or after the last
+    motion.
 
-    `Start.AFTER` keeps its pause. `Start.BLEND` begins at the same point of the deceleration, if there is one.
+    A `Start.AFTER` command keeps its pause. A `Start.BLEND` command begins at the same point of the deceleration, if
+    the last motion decelerates.
     """
     start, last = delta.motion.start, new[-1]
     if start is Start.AT:

@@ -2,8 +2,8 @@
 
 Position and velocity are continuous from each segment to the next. In gaps and after the end the robot is at rest. No
 joint leaves its range. In joint space no joint exceeds its velocity or acceleration limit: the greatest values follow
-from the polynomials, which are evaluated all at once up to degree 3. A straight line is checked where it begins, where
-it ends, and where its seeds change; `on_lines` checks all of it.
+from the polynomials; polynomials up to degree 3 are evaluated all at once. A straight line is checked only where it
+begins, where it ends, and where its seeds (stored joints that select the solution) change; `on_lines` checks all of it.
 """
 
 from __future__ import annotations
@@ -34,15 +34,19 @@ from vrs_cli.values.commands import MotionKind
 BLOCKS_AT_ONCE = 16  # number of blocks of segments checked at once
 CUBIC_LENGTH = 4  # number of coefficients of a cubic
 PLACE_TOLERANCE = 1e-5  # tolerance for rounding, also next to a singular pose: [rad, m] of a joint, [m] of a pose
-RATE_TOLERANCE = 1e-4  # tolerance of a joint's rate [rad/s, m/s]; for a fast joint, a fraction of its velocity
+RATE_TOLERANCE = 1e-4  # tolerance of a joint's velocity [rad/s, m/s]; above 1 rad/s, a fraction of the velocity
 LIMIT_EXCESS = 1e-4  # allowed excess over a limit, as a fraction of the limit
-JERK_EXCESS = 1.05  # factor on the jerk limit, because between samples only a bound of the jerk is known
-BRANCH_TOLERANCE = 1e-2  # [rad, m] joints of a line that are farther from the proved ones are on another branch
-MAX_SEED_DISTANCE = 3.0  # [rad] maximum distance of a joint from its seed: beyond half a turn another turn is nearer
+JERK_EXCESS = 1.05  # allowed factor on the jerk limit, since between samples only an upper bound of the jerk is known
+# [rad, m] joints farther than this from the proved joints are on another branch of the inverse kinematics
+BRANCH_TOLERANCE = 1e-2
+# [rad] maximum distance of a joint from its seed; beyond half a revolution the seed selects another one
+MAX_SEED_DISTANCE = 3.0
 
 
 class Breach(Struct, frozen=True):
-    """A broken rule: the number of the segment (counted from 0), and the error inside the segment or at its start."""
+    """A broken rule: the number of the segment (counted from 0), and what is wrong inside the segment or at its
+    start.
+    """
 
     index: int
     what: str
@@ -71,7 +75,7 @@ def on_lines(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
 
 
 def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -> Iterator[Breach]:
-    """Check one segment. Raises MotionError if no joints lead along it."""
+    """Yield the breaches of one straight-line segment. Raises MotionError if the joints cannot follow the line."""
     frames, law, lasting = segment.motion.frames, LAWS[segment.motion.profile], segment.duration
     follower = Follower(arm, path.configuration, frames.tool, frames.base)
     found = survey(follower, path, lasting)
@@ -104,9 +108,9 @@ def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -
 def _samples(
     follower: Follower, path: CartesianPath, lasting: float, steps: int, marks: Sequence[float]
 ) -> list[Sample]:
-    """Sample a line as the planner does. If Newton's method does not lead from one sample to the next, start from the
-    stored joints; the caller then proves that these are continuous. Raises MotionError if no joints lead along the
-    line.
+    """Sample a line as the planner does. If Newton's method does not lead from each sample to the next, start from the
+    stored joints instead; the caller then proves that these are continuous. Raises MotionError if the joints cannot
+    follow the line.
     """
     try:
         return follower.samples(path, lasting, path.seeds[0], steps, None, marks)
@@ -122,7 +126,8 @@ def _samples(
 
 
 class _Stretch:
-    """Neighbouring segments as arrays (m, n): joints with their velocity and acceleration where each begins and ends.
+    """Consecutive segments as arrays (m, n): the joints with their velocity and acceleration where each segment begins
+    and ends.
 
     Values that the arm cannot follow are NaN, which breaks no other rule. `first`: the index of the first segment.
     """
@@ -146,7 +151,7 @@ class _Stretch:
         self.lines = [breach for row in np.flatnonzero(self.straight) for breach in self._line(int(row))]
 
     def breaches(self) -> Iterator[Breach]:
-        """Yield the breaches, one rule after the other."""
+        """Yield the breaches of all segments, rule by rule."""
         yield from self.lines
         # jumps between segments
         jump = np.abs(self.begin[0][1:] - self.end[0][:-1])
@@ -181,15 +186,15 @@ class _Stretch:
             )
 
     def at_the_end(self) -> Iterator[Breach]:
-        """Check that the robot is at rest after the last segment; only a stream of targets may end in motion."""
+        """Yield a breach if the robot moves after the last segment; only a stream of targets may end in motion."""
         rate = np.abs(self.end[1][-1:])
         block = self.blocks[-1]
         if block.row.motions[block.last - 1].kind is not MotionKind.STEERED:
             yield from self._breaches_of(rate > RATE_TOLERANCE, rate, "joint {joint} moves with {size}/s at the end")
 
     def _breaches_of(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
-        """Yield one breach for each row (of n joints) that has a wrong joint, and name the worst joint of the row.
-        `shift` is 1 if the rows are boundaries between segments.
+        """Yield a breach for each row (of n joints) in which a joint is wrong, and name the worst joint of the row.
+        `what`: the text, with {joint} and {size}. `shift` is 1 if the rows are boundaries between segments.
         """
         for row in np.flatnonzero(wrong.any(axis=1)).tolist():
             joint = int(np.where(wrong[row], size[row], 0.0).argmax()) + 1
@@ -200,8 +205,8 @@ class _Stretch:
         return Breach(self.first + row, f"{what}, {self.starts[row]:.3f} s")
 
     def _extremes(self, order: int) -> tuple[Floats, Floats]:
-        """Return the least and the greatest values (m, n) of the joints or of a derivative: at the ends of a segment or
-        at turning points. For a straight line only the ends count.
+        """Return the minimum and maximum (m, n) of the joints, or of their derivative of this order, in each segment:
+        at its ends or at turning points. For a straight line only the ends count.
         """
         a, begin, end = self.orders[order], self.begin[order], self.end[order]
         low, high = np.minimum(begin, end), np.maximum(begin, end)
@@ -216,7 +221,8 @@ class _Stretch:
         """Yield the times (m, n) at which cubics turn back, or 0 if they do not."""
         c, b, d = _derivative(a)[:3]
         with np.errstate(all="ignore"):
-            q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * d * c), b))  # both roots, without cancellation
+            # both roots follow from q, without cancellation
+            q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * d * c), b))
             for s in (c / q, q / d) if d.any() else (c / q,):
                 yield np.where((s > 0.0) & (s < self.durations), s, 0.0)
 
@@ -230,7 +236,9 @@ class _Stretch:
         raise IndexError(row)
 
     def _line(self, row: int) -> Iterator[Breach]:
-        """Find the joints and rates at both ends of a straight line; sample the rest of the line coarsely."""
+        """Find the joints and rates at both ends of a straight line, and check coarsely that it can be followed: in
+        reach, and with seeds that agree.
+        """
         segment = self._segment(row)
         path = segment.path
         assert isinstance(path, CartesianPath)
@@ -260,14 +268,15 @@ def _value(a: Floats, s: Floats) -> Floats:
     return value
 
 
-# --- lines -------------------------------------------------------------------------------------------------------
+# --- straight lines ----------------------------------------------------------------------------------------------
 
 
 def _joints(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, seed: Joints) -> Joints | None:
-    """Return the joints s seconds into a line; None if the arm does not reach it."""
+    """Return the joints s seconds into a line; None if the arm does not reach the pose."""
     flange = compose(path.pose(s), inverse(segment.motion.frames.tool))
     found = joints_on(arm.holding(segment.motion.frames.tool), path, s, flange, seed)
-    if found is None and distance(arm.forward(seed), flange) <= PLACE_TOLERANCE:  # at the edge of the reach
+    # the seed is as good as a solution at the edge of the reach
+    if found is None and distance(arm.forward(seed), flange) <= PLACE_TOLERANCE:
         return seed
     return found
 
@@ -284,7 +293,9 @@ def _rates(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, joint
 
 
 def _seeds_agree(arm: RobotArm, segment: Segment, path: CartesianPath) -> bool:
-    """Return whether neighbouring seeds lead to the same joints at the instant at which the next seed takes over."""
+    """Return whether each two neighbouring seeds lead to the same joints at the instant at which the second seed
+    replaces the first.
+    """
     turns = [link.kind is JointKind.REVOLUTE for link in arm.model.links]
     for k, (seed, after) in enumerate(zip(path.seeds, path.seeds[1:], strict=False)):
         s = (k + 0.5) * path.seed_interval

@@ -1,6 +1,6 @@
 """Clocks of a robot: virtual time jumps to the next instant; in real time the robot waits for it. The robot gets one of
 these clocks. `now` advances only when the robot asks for it. So a program sees the same exact times with every clock,
-and the time for planning delays nothing: an instant lasts until its work is done.
+and planning takes no robot time: an instant lasts until its work is done.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from msgspec import Struct
 from vrs_cli.errors import ClockPaused
 from vrs_cli.trajectory.instant import TICK, down_to_grid
 
-SLICE_S = 0.05  # [s] of real time: the maximum wait before the caller may look for other work
+SLICE_S = 0.05  # [s] of real time: the longest single wait, after which the caller may do other work
 SLOWEST_RATE, FASTEST_RATE = 1e-3, 1e6
 
 
 class VirtualClock:
-    """The present instant of the robot, `now` [s]. Time passes only when the robot waits, and then immediately.
-    Commands may change the past.
+    """A clock whose time passes only when the robot waits, and then immediately. `now`: the current instant of the
+    robot [s]. Commands may change the past.
     """
 
     realtime = False  # in real time the past cannot be changed
@@ -30,7 +30,9 @@ class VirtualClock:
 
     @property
     def reached(self) -> float:
-        """Return the time that the clock has reached without the robot [s]; never earlier than `now`."""
+        """Return the time that the clock itself has reached [s], which may be later than `now` only for a wall
+        clock.
+        """
         return self.now
 
     def advance(self, to: float) -> None:
@@ -45,7 +47,7 @@ class VirtualClock:
 
 
 class ClockFace(Struct, frozen=True):
-    """The reading of a clock at the time `wall` [s], with its rate and whether it is paused."""
+    """The reading `now` [s] of a clock at the wall time `wall` [s], with its rate and whether it is paused."""
 
     now: float
     rate: float
@@ -53,7 +55,9 @@ class ClockFace(Struct, frozen=True):
     wall: float
 
     def at(self, wall: float) -> float:
-        """Return the clock's reading at a later wall time [s], if its rate and pause stay as they are."""
+        """Return the clock's reading [s] at a later wall time [s], if neither the rate nor the pause changes until
+        then.
+        """
         return self.now if self.paused else self.now + self.rate * max(wall - self.wall, 0.0)
 
 
@@ -62,7 +66,7 @@ class WallClock:
 
     Time is continuous and never goes back, even when the rate changes. `wall` returns real time [s] and `sleep` waits:
     `time.monotonic` and `time.sleep`, or replacements in a test. A caller that also waits for other events passes its
-    own `sleep`, which may end early.
+    own `sleep`, which may return early.
     """
 
     realtime = True
@@ -70,7 +74,8 @@ class WallClock:
     def __init__(self, wall: Callable[[], float], sleep: Callable[[float], None], rate: float = 1.0) -> None:
         self.now = 0.0
         self._wall, self.sleep = wall, sleep
-        self._since = ClockFace(0.0, rate, False, wall())  # the reading when the clock was last set or changed
+        # the reading when the clock was last set, or its rate or pause changed
+        self._since = ClockFace(0.0, rate, False, wall())
 
     @property
     def rate(self) -> float:
@@ -86,21 +91,23 @@ class WallClock:
         return self.read().now
 
     def read(self) -> ClockFace:
-        """Return the reading, rate and pause of one instant. Any thread may call it."""
+        """Return reading, rate and pause, all at the same instant. Any thread may call it."""
         wall, since = self._wall(), self._since
         return ClockFace(max(self.now, down_to_grid(since.at(wall))), since.rate, since.paused, wall)
 
     def until(self, to: float) -> float:
-        """Return how long the wall clock takes to reach the time `to` [s]; infinite while the clock is paused."""
+        """Return the real time [s] until the wall clock reaches the time `to` [s]; infinite while the clock is
+        paused.
+        """
         return inf if self.paused else (to - self._since.at(self._wall())) / self.rate
 
     def change(self, *, rate: float | None = None, paused: bool | None = None) -> None:
-        """Change the rate, or begin or end a pause, from this instant on."""
+        """Change the rate, or begin or end a pause, starting at this instant."""
         wall, rate = self._wall(), self.rate if rate is None else rate
         self._since = ClockFace(self._since.at(wall), rate, self.paused if paused is None else paused, wall)
 
     def wait(self, to: float) -> None:
-        """Wait for `to`, but at most SLICE_S of real time. Raises ClockPaused if the clock is paused."""
+        """Wait until the time `to` [s], but at most SLICE_S of real time. Raises ClockPaused if the clock is paused."""
         ahead = to - self._since.at(self._wall())
         if ahead >= TICK:
             if self.paused:

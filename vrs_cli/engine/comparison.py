@@ -34,17 +34,18 @@ if TYPE_CHECKING:
 
 
 MAX_TIMELINE_SAMPLES = 200_000  # maximum number of samples of one timeline in a comparison
-DENSEST, SPARSEST = 32, 2  # maximum and minimum number of samples for each segment
-CLOSER_SAMPLES = 64  # number of samples between two others, to locate the greatest distance
+DENSEST, SPARSEST = 32, 2  # maximum and minimum number of samples in each segment
+CLOSER_SAMPLES = 64  # number of samples around the greatest distance, to locate it more exactly
 CLOSER_ROUNDS = 3
-DISTANCE_ROUNDING = 1e-12  # [m, rad] rounding error of a distance
+DISTANCE_ROUNDING = 1e-12  # [m, rad] distances that differ by less, by rounding, count as equal
 
-Compared = Callable[[PlaceArrays], "Floats"]  # the compared quantity at each of N times: (N, k, d)
+# returns the k compared vectors of dimension d at each of N times: (N, k, d)
+Compared = Callable[[PlaceArrays], "Floats"]
 
 
 def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
     """Compare two histories of one robot: return the greatest distances of tool and joints, and the commands of both.
-    The commands have the order of `a`, followed by those that only `b` has.
+    Commands are in the order of `a`, followed by the commands that only `b` has.
     """
     import numpy as np
 
@@ -64,8 +65,9 @@ def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
 
 
 def first_difference(a: Timeline, b: Timeline) -> float | None:
-    """Return the first time at which two timelines may differ [s], also in the hand and signals; None if they never
-    differ."""
+    """Return the first time [s] at which two timelines may differ in motions, the hand or signals; None if they never
+    differ.
+    """
     times = [t for t in (_first_other_segment(a, b), _first_other_event(a, b)) if t is not None]
     return min(times, default=None)
 
@@ -86,7 +88,8 @@ def _first_other_segment(a: Timeline, b: Timeline) -> float | None:
     ours, theirs = list(a.blocks(-inf, inf)), list(b.blocks(-inf, inf))
     pairs = zip(ours, theirs, strict=False)
     same = (a.row is b.row and (a.offset, a.first, a.last) == (b.offset, b.first, b.last) for a, b in pairs)
-    shared = sum(1 for _ in takewhile(bool, same))  # segments in the same part of a row, at the same time
+    # number of leading blocks that both share: the same part of a row at the same time
+    shared = sum(1 for _ in takewhile(bool, same))
     for one, other in zip_longest(_courses(ours[shared:]), _courses(theirs[shared:])):
         if one is None or other is None:
             return float((one or other)[0])
@@ -96,8 +99,8 @@ def _first_other_segment(a: Timeline, b: Timeline) -> float | None:
 
 
 def _courses(blocks: Iterable[RowPart]) -> Iterator[Any]:
-    """Yield the behaviour of the robot in each segment, without the command that caused it. The first item is the
-    start, the last item the finish.
+    """Yield what the robot does in each segment, without the command that caused it: start [s], path, frames, and
+    finish [s].
     """
     for block in blocks:
         (starts, finishes), part = block.times(), slice(block.first, block.last)
@@ -128,7 +131,7 @@ def _extent(arm: RobotArm, book: Book) -> Extent:
 
 
 def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
-    """Return the boundaries of moving segments and times between them [s], in order, each once."""
+    """Return the boundaries of the moving segments and equidistant times between them [s], in order, each once."""
     import numpy as np
 
     tables = [(block.offset, *block.table()) for block in timeline.blocks(since, inf)]
@@ -140,7 +143,7 @@ def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
     count = int(min(max(MAX_TIMELINE_SAMPLES // len(moving), SPARSEST), DENSEST))
     shares = np.linspace(0.0, 1.0, count)
     times = np.concatenate(([timeline.start], (moving[:, :1] + np.diff(moving) * shares).ravel(), [timeline.end]))
-    return times[np.diff(times, prepend=-inf) > 0.0]  # once each: a segment begins where the previous one ends
+    return times[np.diff(times, prepend=-inf) > 0.0]  # drop duplicates: a segment begins when the previous one ends
 
 
 # --- distances ------------------------------------------------------------------------------------------------------
@@ -149,7 +152,7 @@ def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
 def _greatest(
     arm: RobotArm, a: Timeline, b: Timeline, here: tuple[PlaceArrays, PlaceArrays], compared: Compared
 ) -> Apart:
-    """Find the greatest distance at the sampled times, then more and more exactly around that time."""
+    """Return the greatest distance: at the sampled times first, then with more and more samples around that time."""
     for _ in range(CLOSER_ROUNDS - 1):
         _, times = _farthest(*here, compared)
         here = places_at(arm, a, times), places_at(arm, b, times)
@@ -157,19 +160,20 @@ def _greatest(
 
 
 def _farthest(a: PlaceArrays, b: PlaceArrays, compared: Compared) -> tuple[Apart, Floats]:
-    """Return the greatest distance at the common times, and closer times around it."""
+    """Return the greatest distance at the common times, and closer times around its time."""
     import numpy as np
 
     times, found = a.times, np.linalg.norm(compared(a) - compared(b), axis=2)
     farthest = found.max(axis=1)
-    place = int(np.argmax(farthest >= farthest.max() - DISTANCE_ROUNDING))  # the first of several equal times
+    # the first time at which the distance is greatest, apart from rounding
+    place = int(np.argmax(farthest >= farthest.max() - DISTANCE_ROUNDING))
     best = Apart(float(found[place].max()), float(times[place]), int(np.argmax(found[place])) + 1)
     near = times[max(place - 1, 0) : place + 2]
     return best, np.unique(np.concatenate((np.linspace(near[0], near[-1], CLOSER_SAMPLES), [times[place]])))
 
 
 def _identity(step: HistoryStep) -> tuple[object, ...]:
-    """Return what identifies a command. A branch also has the commands from before its start."""
+    """Return the fields that identify a command, so that it is found both on main and on a branch."""
     motion = step.delta.motion
     return motion.number, motion.text, motion.kind, motion.goal, motion.pose
 
@@ -180,8 +184,8 @@ REPORTS_AT_ONCE = 20_000  # maximum number of reports whose poses are in memory 
 def measured_position(
     arm: RobotArm, timeline: Timeline, measured: MeasuredTimeline, t: float
 ) -> MeasuredPosition | None:
-    """Return the measured position of the robot at t [s], with BASE and TOOL of the timeline; None if no report gives
-    it.
+    """Return the measured position of the robot at t [s], with BASE and TOOL of the timeline; None where the measured
+    joints are unknown.
     """
     joints, mode = measured.joints_at(t), measured.mode_at(t)
     if joints is None or mode is None:
@@ -208,7 +212,7 @@ def why_unknown(measured: MeasuredTimeline, t: float) -> str:
 
 
 def compare_measured(arm: RobotArm, timeline: Timeline, measured: MeasuredTimeline) -> MeasuredComparison | None:
-    """Compare each report with g at its own time; None if there is no report."""
+    """Compare each report with the planned position at the same time; None if there is no report."""
     if measured.start is None or measured.end is None:
         return None
     unknown, before = 0.0, measured.start
@@ -233,22 +237,25 @@ def compare_measured(arm: RobotArm, timeline: Timeline, measured: MeasuredTimeli
 
 
 def _add(arm: RobotArm, timeline: Timeline, times: Floats, joints: Floats, sums: tuple[_Sum, ...]) -> None:
-    """Add the differences of reports (N,) with joints (N, n): of each joint, of the tool's place, and of its
-    orientation.
+    """Add the differences between reports (N,), with joints (N, n), and the planned motion to `sums`: of each joint, of
+    the tool's position, and of its orientation.
     """
     import numpy as np
 
     expected, here = places_at(arm, timeline, times), poses_along(arm, timeline, times, joints)
     apart = expected.T_world_tool - here.T_world_tool
     distance = np.linalg.norm(apart[:, :, 3], axis=1)
-    chord = np.linalg.norm(apart[:, :, :3], axis=(1, 2)) / sqrt(8.0)  # sine of half the angle between both orientations
+    # the sine of half the angle between the two orientations
+    chord = np.linalg.norm(apart[:, :, :3], axis=(1, 2)) / sqrt(8.0)
     angle = 2.0 * np.arcsin(np.minimum(chord, 1.0))
     for one, values in zip(sums, (*np.abs(expected.joints - joints).T, distance, angle), strict=True):
         one.add(times, values)
 
 
 class _Sum:
-    """The greatest of many distances, its time, and the sum of the squares of all distances."""
+    """The greatest of many distances, its time, and the sum of the squares of all distances, for their root mean
+    square.
+    """
 
     def __init__(self) -> None:
         self._greatest, self._time, self._squares, self._count = -1.0, nan, 0.0, 0

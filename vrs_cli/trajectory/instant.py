@@ -1,7 +1,7 @@
 """Times on the timeline are multiples of 2**-30 s (0.93 ns), held as floats.
 
 A float holds such multiples exactly up to 2**23 s (97 days), so sums, differences and shifts of times are exact: a
-timeline shifted a million times has not drifted by a bit, and a shift undone is undone to the bit.
+timeline has not changed by a bit after a million shifts back and forth, and undoing a shift restores every bit.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from math import ceil, floor
 
 TICKS_PER_SECOND = 2.0**30
 TICK = 2.0**-30
-LATEST = 2.0**22  # [s], 48 days: the sums of later times would not be exact
+LATEST = 2.0**22  # [s] (48 days) latest time allowed, so that the sum of two times is still exact
 
 
 def on_grid(t: float) -> float:

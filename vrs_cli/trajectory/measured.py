@@ -1,5 +1,5 @@
-"""The measured timeline: the joints that the real or simulated arm has reported, in order of time, and interpolation
-between two reports.
+"""The measured timeline: the joint positions that the real or simulated arm has reported, in time order, with
+interpolation between two reports.
 
 It is a record: reports are added, and never changed or removed. Between two reports joints are interpolated: by the
 cubic with their positions and velocities if both have a velocity (cubic Hermite interpolation), else by a straight
@@ -7,7 +7,8 @@ line. The joints are unknown (None) before the first report, after the last one,
 than GAP seconds apart.
 
 Reports are kept in chunks of columns: for each joint 8 bytes of position and 4 of velocity (if there is one), and 9
-bytes for the time and the mode. A `MeasuredTimeline` is a view that never changes: later reports disturb no reader.
+bytes for the time and the mode. A `MeasuredTimeline` is a view that never changes, so readers can go on using it while
+reports are added.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from vrs_cli.values.measured import MAX_LATENESS_S, BodyMode, Report, ReportCoun
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
 
-GAP = 0.5  # [s] maximum time between two reports for which the joints between them are known
+GAP = 0.5  # [s] joints are interpolated between two reports only if these are at most this far apart
 MEASURED = Motion(0, MotionKind.JOINT, Start.AT, text="measured")
 
 _begin, _end = attrgetter("begin"), attrgetter("end")
@@ -53,14 +54,15 @@ class _Between(Struct, frozen=True):
 
 
 class MeasuredTimeline(Sequence[Report]):
-    """All reports up to some moment, in order of time. It never changes. The module's docstring explains when the
-    joints are known."""
+    """An immutable view of all reports up to some moment, in time order. The module's docstring explains when the
+    joints are known.
+    """
 
     __slots__ = ("_chunks", "_firsts", "_last", "joint_count")
 
     def __init__(self, joint_count: int, chunks: tuple[ReportColumns, ...] = ()) -> None:
         self.joint_count = joint_count
-        self._last = chunks[-1].count if chunks else 0  # later reports of the last chunk do not belong to this timeline
+        self._last = chunks[-1].count if chunks else 0  # reports of the last chunk in this view; it may grow
         self._chunks = chunks
         self._firsts: list[int] | None = None  # index of the first report of each chunk, and the number of all reports
 
@@ -125,8 +127,8 @@ class MeasuredTimeline(Sequence[Report]):
         return self._chunks[-1].report(self._last - 1) if self._chunks else None
 
     def parts(self, begin: float | None = None, end: float | None = None) -> Iterator[tuple[ReportColumns, int, int]]:
-        """Yield the columns with reports from time `begin` to time `end` [s], both included, each with the index of its
-        first report in this interval and the index after its last.
+        """Yield (columns, first, last) for each chunk that has reports from time `begin` to time `end` [s], both
+        included: `first` is the index of its first report in this interval, `last` the index after its last one.
         """
         for index, chunk in enumerate(self._chunks):
             count = self._last if index == len(self._chunks) - 1 else chunk.count
@@ -148,7 +150,7 @@ class MeasuredTimeline(Sequence[Report]):
         parts = parts or [ReportColumns(self.joint_count).arrays(0, 0)]
         return ReportArrays(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
-    # --- the function g of the measured robot ---
+    # --- the measured joints at any time ---
 
     def joints_at(self, t: float) -> Joints | None:
         """Return the joints at time t [rad, m], interpolated between reports; None where the joints are unknown."""
@@ -187,7 +189,7 @@ class MeasuredTimeline(Sequence[Report]):
         return tuple([rise * (b - a) + c0 * va + c1 * vb for a, b, va, vb in zip(q0, q1, v0, v1, strict=True)])
 
     def mode_at(self, t: float) -> BodyMode | None:
-        """Return the mode of the last report up to time t [s]; None where the robot is unknown."""
+        """Return the mode in the last report up to time t [s]; None where the joints are unknown."""
         found = self._around(t)
         return None if found is None else MODES[found.chunk.flags[found.place] & MODE]
 
@@ -236,10 +238,10 @@ class MeasuredTimeline(Sequence[Report]):
     # --- as a timeline of segments ---
 
     def as_timeline(self, begin: float, end: float, like: Timeline | None = None) -> Timeline | None:
-        """Return a timeline that goes through the reports from time `begin` to time `end` [s] as this timeline does, so
-        that code for timelines also reads measured ones. The robot is at rest while the joints are unknown. BASE,
-        TOOL and events are those of the timeline `like`. Times are rounded to the grid of timelines (0.93 ns). None if
-        there is no report.
+        """Return the reports from time `begin` to time `end` [s] as a timeline of segments, so that code for timelines
+        also reads measured ones. It interpolates as this timeline does, but the robot is at rest while the joints are
+        unknown. BASE, TOOL and events are those of the timeline `like`. Times are rounded to the grid of timelines
+        (0.93 ns). Return None if there is no report.
         """
         reports = list(self.between(begin, end))
         if not reports:
@@ -257,8 +259,8 @@ class MeasuredTimeline(Sequence[Report]):
 
 
 class MeasuredRecord:
-    """Collects the reports of one robot. One thread adds reports; any thread may read `view`. `listeners` are called
-    with the added reports in the order of arrival.
+    """The growing record of the reports of one robot. One thread adds reports; any thread may read `view`. `listeners`
+    are called with the added reports in the order of arrival.
     """
 
     def __init__(self, joint_count: int) -> None:
@@ -282,9 +284,9 @@ class MeasuredRecord:
         return view
 
     def add(self, reports: Iterable[Report]) -> ReportCounts:
-        """Insert reports in order of time, and return how many were late, duplicate or reordered. Of several reports at
-        one time the first stays; a report more than LATE seconds older than the newest is dropped. Raises IllegalValue
-        for a malformed report, and then adds nothing.
+        """Insert reports in order of time, and return how many were late, duplicate or reordered. If several reports
+        have the same time, the first stays; a report more than MAX_LATENESS_S older than the newest is dropped. Raises
+        IllegalValue for a malformed report, and then adds nothing.
         """
         rows = [self._check_report(report) for report in reports]
         late = duplicate = reordered = 0
@@ -326,14 +328,14 @@ class MeasuredRecord:
     def _append(self, report: Report) -> None:
         if not self._chunks or self._chunks[-1].full:
             made = ReportColumns(self.joint_count)
-            made.put(report)  # readers must not see columns without a report
+            made.put(report)  # before they are added: readers must not see columns without a report
             self._chunks.append(made)
         else:
             self._chunks[-1].put(report)
 
     def _insert(self, report: Report) -> bool:
-        """Insert a report before later ones; return False if there is a report at its time. Readers keep their
-        columns.
+        """Insert a report before later ones; return False if there is a report at its time. The chunk is replaced by a
+        copy, so readers of the old chunk are not disturbed.
         """
         index = max(bisect_right(self._chunks, report.t, key=_begin) - 1, 0)
         chunk = self._chunks[index]
@@ -344,8 +346,8 @@ class MeasuredRecord:
         return True
 
     def add_columns(self, columns: ReportColumns) -> None:
-        """Insert reports in order of time that were checked before, such as those of a file; no report counts as late.
-        Of several reports at one time the first stays.
+        """Insert reports that are in time order and already checked, such as those from a file; none counts as late. If
+        several reports have the same time, the first stays.
         """
         later = not self._chunks or columns.begin > self._chunks[-1].end
         for report in () if later else map(columns.report, range(columns.count)):
@@ -380,7 +382,7 @@ class MeasuredRecord:
 
 
 def _stretch(a: Report, b: Report, motion: Motion) -> list[Segment]:
-    """Return the segment from one report to the next, if any time passes between them."""
+    """Return the segment from report a to report b in a list; return an empty list if no time passes between them."""
     start, finish = on_grid(a.t), on_grid(b.t)
     h = finish - start
     if h <= 0.0:

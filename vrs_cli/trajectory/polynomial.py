@@ -55,7 +55,7 @@ def third_derivative(a: Polynomial, t: float) -> float:
 
 
 def derivative_at(a: Polynomial, t: float, order: int) -> float:
-    """Return p(t), or a derivative of it."""
+    """Return the derivative of p of the given order at time t; order 0 is p(t) itself."""
     for _ in range(order):
         a = derivative(a)
     return value(a, t)
@@ -95,8 +95,9 @@ def zeros(a: Polynomial, lasting: float) -> list[float]:
 
 
 def _zero_between(a: Polynomial, low: float, high: float) -> float:
-    """Return the zero between two times with different signs, between which p(t) is monotonic. The search takes
-    Newton's steps, but halves the interval if a step leaves it or is more than half as long as the step before.
+    """Return the zero of p(t) between two times at which p has different signs and between which it is monotonic. The
+    search takes Newton steps, but halves the interval if a step leaves it or is more than half as long as the previous
+    step.
     """
     rising = value(a, high) > 0.0
     t, step = 0.5 * (low + high), high - low
@@ -124,7 +125,7 @@ def bisect_interval(holds: Callable[[float], bool], low: float, high: float, ste
 
 
 def turning_points(a: Polynomial, lasting: float) -> list[float]:
-    """Return the times between 0 and `lasting` at which p(t) turns back, or is at rest for a moment."""
+    """Return the times between 0 and `lasting` at which dp/dt is zero: p(t) turns back, or is at rest for a moment."""
     if len(a) == 4:
         return sorted([t for t in turns(a[1], 2.0 * a[2], 6.0 * a[3]) if 0.0 < t < lasting])
     return zeros(derivative(a), lasting)
@@ -138,7 +139,7 @@ def extremes(a: Polynomial, lasting: float) -> tuple[float, float]:
 
 def most(a: Polynomial, lasting: float) -> float:
     """Return the maximum of |p(t)| from 0 to `lasting`."""
-    if len(a) < 3:  # a line has its maximum at an end
+    if len(a) < 3:  # |p| of a straight line is greatest at one of its ends
         return max(abs(a[0]), abs(value(a, lasting)))
     return max(map(abs, extremes(a, lasting)))
 

@@ -36,8 +36,8 @@ class ReportArrays(NamedTuple):
 
 
 class ReportColumns:
-    """Up to `room` reports of n joints, contiguous in memory. A row never changes, so readers may read the first rows
-    while later rows are appended.
+    """Up to `room` reports of n joints, contiguous in memory. A stored report never changes, so readers may read the
+    stored reports while others are appended.
     """
 
     __slots__ = ("begin", "count", "end", "flags", "joint_count", "positions", "rates", "times")
@@ -47,7 +47,7 @@ class ReportColumns:
         self.begin = self.end = nan  # times of the first and of the last report [s]
         self.times, self.flags = array("d", bytes(8 * room)), bytearray(room)
         self.positions = array("d", bytes(8 * room * joint_count))
-        self.rates: dict[int, array[float]] = {}  # columns by VELOCITY and EFFORT, if a report has such values
+        self.rates: dict[int, array[float]] = {}  # keys VELOCITY and EFFORT; a column exists once a report has values
 
     @property
     def full(self) -> bool:
@@ -71,14 +71,16 @@ class ReportColumns:
         self.count = place + 1
 
     def _column(self, bit: int) -> array[float]:
-        """Return the column of velocities or efforts, which is made for the first report that has a value."""
+        """Return the column of velocities or efforts (`bit`: VELOCITY or EFFORT). It is made for the first report that
+        has such values.
+        """
         if bit not in self.rates:
             self.rates[bit] = array("f", bytes(4 * len(self.positions)))
         return self.rates[bit]
 
     def with_report(self, report: Report) -> ReportColumns:
-        """Return columns with an additional report that is earlier than the last report; no other report has its
-        time.
+        """Return a copy with an additional report, which is earlier than the last report and has a time that no other
+        report has.
         """
         place = bisect_left(self.times, report.t, 0, self.count)
         made = ReportColumns(self.joint_count, max(len(self.flags), self.count + 1))
@@ -88,8 +90,8 @@ class ReportColumns:
         return made
 
     def extend(self, other: ReportColumns, first: int, last: int) -> None:
-        """Append the reports from `first` up to, but not including, `last` of other columns; all are later than the
-        present ones, and there is room.
+        """Append the reports from `first` up to, but not including, `last` of other columns. They must be later than
+        the reports here, and there must be room for them.
         """
         if first >= last:
             return
@@ -122,7 +124,9 @@ class ReportColumns:
         return Report(self.times[place], self.joints(place), self.velocity(place), self._row(EFFORT, place), mode)
 
     def arrays(self, first: int, last: int) -> ReportArrays:
-        """Return the reports from `first` up to, but not including, `last` as arrays, which must not be changed."""
+        """Return the reports from `first` up to, but not including, `last` as arrays, which the caller must not
+        change.
+        """
         import numpy as np
 
         n = self.joint_count

@@ -4,11 +4,11 @@ with its size.
 Segments are stored in rows. A leaf is a part of a row. After an edit, the remainder of a leaf is a smaller part of the
 same row; the row is neither copied nor read. A row grows only at its end, so appending needs no copy either: older
 leaves do not see the new segments, since each leaf knows its end. A branch holds leaves or branches with the times at
-which they begin, which may differ from the times stored in the rows. So shifting any number of segments changes only a
-few times a level. An edit makes new nodes only along its path down the tree; all other nodes are shared with the old
-rope, which stays unchanged. Times are multiples of the time grid (`instant`): however often they are shifted, the sums
-are exact. (Boehm, Atkinson, Plass: Ropes, an alternative to strings, 1995; the nodes are those of a B+ tree, Comer
-1979, with leaves of any length.)
+which they begin, which may differ from the times stored in the rows. So to shift any number of segments, only a few
+stored times change on each level. An edit makes new nodes only along its path down the tree; all other nodes are shared
+with the old rope, which stays unchanged. Times are multiples of the time grid (`instant`): however often they are
+shifted, the sums are exact. (Boehm, Atkinson, Plass: Ropes, an alternative to strings, 1995; the nodes are those of a
+B+ tree, Comer 1979, with leaves of any length.)
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from vrs_cli.trajectory.row import BlockTable, EventRow, Row, later, table_of
 from vrs_cli.trajectory.segment import Path, Segment
 from vrs_cli.values.commands import Event
 
-SMALL_LEAF = 128  # maximum number of segments of a leaf that may be copied
+SMALL_LEAF = 128  # a leaf with at most this many segments may be copied; longer leaves are only cut
 BLOCK_LENGTH = 128  # number of segments of a row that are read as arrays at once
 MAX_CHILDREN = 32  # maximum number of children of a branch
-SPARSE_DIVISOR = 4  # a node with less than this fraction of SMALL_LEAF or MAX_CHILDREN may be merged with a neighbour
-MERGED_DIVISOR = 2  # maximum fraction of SMALL_LEAF or MAX_CHILDREN that both together may have
+SPARSE_DIVISOR = 4  # a node with less than 1/4 of SMALL_LEAF or MAX_CHILDREN may be merged with a neighbour
+MERGED_DIVISOR = 2  # two nodes are merged if they have at most 1/2 of SMALL_LEAF or MAX_CHILDREN together
 
 
 class Columns(Protocol):
@@ -58,7 +58,9 @@ Shiftable = TypeVar("Shiftable", Segment, Event)
 
 
 class ChannelChanges(Struct, frozen=True):
-    """The children of a branch that change a channel, by index, and the value of the channel after each."""
+    """The changes of one channel in a branch: `places`, the indices of the children that change it, and `values`, the
+    value of the channel after each of these children.
+    """
 
     places: array[int]
     values: array[float]
@@ -84,8 +86,8 @@ class Leaf(Struct, Generic[R], gc=False):
 
 class Branch(Struct, Generic[R], gc=False):
     """Children in time order, each shifted so that it begins at its time in `begins` [s]. `counts`: the number of
-    segments before each child, and of all. The numbers are contiguous in memory. A branch never changes, except
-    `changes`: for a branch of events, which children change each channel, computed on demand.
+    segments before each child, and the total at the end. The numbers are contiguous in memory. A branch never changes,
+    except `changes`: for a branch of events, which children change each channel, computed on demand.
     """
 
     height: int
@@ -144,19 +146,19 @@ class RowPart(Struct, frozen=True):
 
 
 def _leaf(row: R) -> Leaf[R]:
-    """Make a leaf of all of a row."""
+    """Make a leaf that covers a whole row."""
     count = len(row)
     return Leaf(row, 0, count, row.starts[0], row.finishes[count - 1])
 
 
 def _part(leaf: Leaf[R], first: int, last: int) -> Leaf[R]:
-    """Make a leaf of the segments of a leaf from `first` up to, but not including, `last`."""
+    """Make a leaf that covers the segments of a leaf from `first` up to, but not including, `last`."""
     row, first, last = leaf.row, leaf.first + first, leaf.first + last
     return Leaf(row, first, last, row.starts[first], row.finishes[last - 1])
 
 
 def _row_like(leaf: Leaf[R], new: Sequence[Any] = ()) -> R:
-    """Make a row of the same kind as the row of a leaf."""
+    """Make a row of the kind (segments or events) that the leaf has, with the given content."""
     return type(leaf.row)(new)
 
 
@@ -174,12 +176,12 @@ def _with_growth(leaf: Leaf[R]) -> Leaf[R]:
 
 
 def _ends_row(node: Node[R]) -> bool:
-    """Return whether a leaf ends a row that may still grow."""
+    """Return whether a node is a leaf at the end of a row that may still grow."""
     return isinstance(node, Leaf) and not node.row.closed and node.last == len(node.row)
 
 
 def _branch(children: Sequence[OffsetNode[R]]) -> OffsetNode[R]:
-    """Make a branch over nodes of one height."""
+    """Make a branch whose children are these nodes, all of the same height."""
     nodes = tuple([node for _, node in children])
     begins = array("d", [offset + node.begin for offset, node in children])
     counts = array("q", accumulate([node.count for node in nodes], initial=0))
@@ -188,14 +190,16 @@ def _branch(children: Sequence[OffsetNode[R]]) -> OffsetNode[R]:
 
 
 def _branches(children: Sequence[OffsetNode[R]]) -> list[OffsetNode[R]]:
-    """Make as few branches as hold the children, with about as many children in each."""
+    """Distribute the children over as few branches as possible, about the same number to each."""
     pieces = -(-len(children) // MAX_CHILDREN)
     cuts = [len(children) * piece // pieces for piece in range(pieces + 1)] if pieces else []
     return [_branch(children[first:last]) for first, last in pairwise(cuts)]
 
 
 def root(level: list[OffsetNode[R]]) -> OffsetNode[R] | None:
-    """Make one node over nodes of the same height in time order, as low as possible; return None for no nodes."""
+    """Return the root of the lowest tree over nodes that have the same height and are in time order; None for
+    no nodes.
+    """
     while len(level) > 1:
         level = _branches(level)
     if not level:
@@ -207,13 +211,13 @@ def root(level: list[OffsetNode[R]]) -> OffsetNode[R] | None:
 
 
 def rope_of(row: R) -> OffsetNode[R] | None:
-    """Make a rope of a row; return None for an empty row."""
+    """Make a rope that contains a whole row; return None for an empty row."""
     return OffsetNode(0.0, _leaf(row)) if len(row) else None
 
 
 def parts(held: OffsetNode[R], index: int = 0, before: int = 0) -> Iterator[tuple[int, float, Leaf[R]]]:
-    """Yield the leaves from the one with segment number `index` on, each with the number of its first segment, and with
-    the offset of its times [s]. `before`: the number of segments before the node.
+    """Yield the leaves, starting with the leaf that contains segment number `index`. Each is yielded with the number of
+    its first segment and the offset of its times [s]. `before`: the number of segments before the node.
     """
     offset, node = held
     if isinstance(node, Leaf):
@@ -224,8 +228,9 @@ def parts(held: OffsetNode[R], index: int = 0, before: int = 0) -> Iterator[tupl
 
 
 def common(a: OffsetNode[R] | None, b: OffsetNode[R] | None) -> int:
-    """Return the minimum number of segments or events that two ropes share at their start, judged by their leaves
-    alone."""
+    """Return a lower bound for the number of segments or events that two ropes share at their start. Only leaves are
+    compared, not single segments.
+    """
     if a is None or b is None:
         return 0
     count = 0
@@ -239,7 +244,7 @@ def common(a: OffsetNode[R] | None, b: OffsetNode[R] | None) -> int:
 
 
 def columns(held: OffsetNode[Row], index: int) -> Iterator[tuple[float, float, Path]]:
-    """Yield start, finish and path of each segment, from number `index` on."""
+    """Yield start [s], finish [s] and path of each segment, from number `index` on."""
     for number, offset, leaf in parts(held, index):
         row = leaf.row
         for place in range(leaf.first + max(0, index - number), leaf.last):
@@ -278,8 +283,9 @@ def splice(held: OffsetNode[R], first: int, last: int, new: Sequence[Any], shift
 def _splice(
     held: OffsetNode[R], base: float, first: int, last: int, new: Sequence[Any], shift: float
 ) -> list[OffsetNode[R]]:
-    """Splice a node. Return nodes of the same height, or no nodes if nothing is left. `base`: the time from which the
-    offset of `held` counts."""
+    """Do what `splice` does in one node. Return the nodes that replace it, all of the same height; none if nothing is
+    left. `base`: the time to which the offset of `held` is added [s].
+    """
     offset, node = held
     if first == 0 and last >= node.count and not new:
         return []
@@ -306,10 +312,10 @@ def _splice(
 
 
 def _patch(node: Branch[R], first: int, last: int, middle: list[OffsetNode[R]], shift: float) -> Branch[R]:
-    """Make a branch with `middle` in place of the children from `first` up to, but not including, `last`, those after
-    it shifted by `shift`.
+    """Make a branch with `middle` in place of the children from `first` up to, but not including, `last`; the children
+    after them are shifted by `shift` [s].
 
-    Every edit does this on every level, so the counts of unchanged children are reused.
+    Every edit calls this on every level of the tree, so the counts of unchanged children are reused.
     """
     counts = node.counts[:first]
     counts.extend(accumulate([part.node.count for part in middle], initial=node.counts[first]))
@@ -329,7 +335,7 @@ def _child(node: Branch[R], place: int) -> OffsetNode[R]:
 
 
 def _children(node: Branch[R], first: int, last: int, shift: float = 0.0) -> list[OffsetNode[R]]:
-    """Return the children from `first` up to, but not including, `last`, shifted by `shift`."""
+    """Return the children from `first` up to, but not including, `last`, shifted by `shift` [s]."""
     row = zip(node.begins[first:last], node.nodes[first:last], strict=True)
     return [OffsetNode(begin - child.begin + shift, child) for begin, child in row]
 
@@ -337,7 +343,9 @@ def _children(node: Branch[R], first: int, last: int, shift: float = 0.0) -> lis
 def _splice_leaf(
     offset: float, leaf: Leaf[R], base: float, first: int, last: int, new: Sequence[Any], shift: float
 ) -> list[OffsetNode[R]]:
-    """Splice a leaf. The segments before and after the new ones stay in their row."""
+    """Return the leaves that replace a leaf in `_splice`. The segments before and after the new ones stay in
+    their row.
+    """
     count = leaf.count
     new = list(_shift_rows(new, -(base + offset)))
     if isinstance(leaf.row, EventRow) and not shift and first < count:
@@ -350,8 +358,8 @@ def _splice_leaf(
 
 
 def _edited_copy(leaf: Leaf[R], first: int, last: int, new: Sequence[Any]) -> list[Leaf[R]]:
-    """Put `new` in place of the events of a leaf from `first` up to, but not including, `last`, in a copy; a long copy
-    makes two leaves. At least one event must remain.
+    """Replace the events of a leaf from `first` up to, but not including, `last` by `new` in a copy of the leaf, which
+    is split into two leaves if it is long. At least one event must remain.
     """
     row: Any = leaf.row
     whole: Leaf[R] = _leaf(row.with_edit(leaf.first, leaf.first + first, new, leaf.first + last, leaf.last))
@@ -376,7 +384,8 @@ def _replace_end(leaf: Leaf[R], first: int, new: Sequence[Any]) -> list[Leaf[R]]
         row = _copy(leaf, first)
         row.grow(new)
         return [_leaf(row)]
-    kept = _leaf(_copy(leaf, first)) if first <= SMALL_LEAF else _part(leaf, 0, first)  # the copy is the end of its row
+    # a copy ends its own row, so it can grow
+    kept = _leaf(_copy(leaf, first)) if first <= SMALL_LEAF else _part(leaf, 0, first)
     return [kept, _leaf(_row_like(leaf, new))]
 
 
@@ -385,8 +394,8 @@ def _shift_rows(rows: Iterable[Shiftable], shift: float) -> Iterator[Shiftable]:
 
 
 def _merge_sparse(row: list[OffsetNode[R]]) -> list[OffsetNode[R]]:
-    """Merge sparse nodes into the neighbour before them if there is room. A small leaf joins the row of the leaf before
-    it if more nodes follow.
+    """Merge sparse nodes into the neighbour before them if there is room. A small leaf is appended to the row of the
+    leaf before it if more nodes follow.
     """
     made: list[OffsetNode[R]] = []
     for place, held in enumerate(row):
@@ -436,8 +445,8 @@ def _take(row: R, held: OffsetNode[R], offset: float) -> None:
 
 
 def locate(held: OffsetNode[Row], t: float) -> tuple[Row, int, float]:
-    """Find the last segment that begins by time t [s], or the first one: return its row, its index in the row, and the
-    time from its start to t [s], at most its duration.
+    """Find the last segment that begins by time t [s], or the first segment if t is earlier: return its row, its index
+    in the row, and the time from its start to t [s], at most its duration.
     """
     offset, node = held
     while node.__class__ is Branch:  # not isinstance, since this is the most frequent query
@@ -452,7 +461,7 @@ def locate(held: OffsetNode[Row], t: float) -> tuple[Row, int, float]:
     place = bisect_right(starts, t - offset, first, leaf.last) - 1
     place = place if place > first else first
     start = starts[place]
-    since = t - (offset + start)  # the sum is exact, so g has the same bits for any offset
+    since = t - (offset + start)  # the sum is exact, so `since` has the same bits for any offset
     if since < 0.0:
         return row, place, 0.0
     duration = row.finishes[place] - start
@@ -465,7 +474,7 @@ def index_at(held: OffsetNode[R], t: float) -> int:
 
 
 def item(held: OffsetNode[R], index: int) -> Any:
-    """Return the segment or the event with an index, 0 <= index < count, at its time."""
+    """Return the segment or the event with an index, 0 <= index < count, with its times on this rope."""
     offset, node = held
     while node.__class__ is Branch:  # not isinstance, since this is a frequent query
         place = bisect_right(node.counts, index) - 1
@@ -478,8 +487,8 @@ def item(held: OffsetNode[R], index: int) -> Any:
 
 
 def leaves(held: OffsetNode[R], first: float, last: float) -> Iterator[tuple[float, Leaf[R]]]:
-    """Yield the leaves that are in force at some time from `first` to `last`, in order, each with the offset of its
-    times.
+    """Yield the leaves that are active at some time from `first` to `last` [s], in order, each with the offset of its
+    times [s].
     """
     offset, node = held
     if isinstance(node, Leaf):
@@ -491,7 +500,7 @@ def leaves(held: OffsetNode[R], first: float, last: float) -> Iterator[tuple[flo
 
 
 def blocks(held: OffsetNode[Row], first: float, last: float) -> Iterator[RowPart]:
-    """Yield the blocks that are in force at some time from `first` to `last`, in order."""
+    """Yield the blocks that are active at some time from `first` to `last` [s], in order."""
     for offset, leaf in leaves(held, first, last):
         row = leaf.row
         low = bisect_right(row.starts, first - offset, leaf.first + 1, leaf.last) - 1
@@ -501,7 +510,7 @@ def blocks(held: OffsetNode[Row], first: float, last: float) -> Iterator[RowPart
 
 
 def segments(held: OffsetNode[Row]) -> Iterator[Segment]:
-    """Yield all segments at their times."""
+    """Yield all segments with their times on this rope."""
     for offset, leaf in leaves(held, -inf, inf):
         yield from _shift_rows(leaf.row.between(leaf.first, leaf.last), offset)
 
@@ -510,7 +519,7 @@ def segments(held: OffsetNode[Row]) -> Iterator[Segment]:
 
 
 def events(held: OffsetNode[EventRow], first: int, last: int) -> Iterator[Event]:
-    """Yield the events from index `first` up to, but not including, `last`, at their times."""
+    """Yield the events from index `first` up to, but not including, `last`, with their times on this rope."""
     for before, offset, leaf in parts(held, first) if first < last else ():
         if before >= last:
             return
@@ -533,11 +542,11 @@ def count_by(held: OffsetNode[R], t: float, *, before: bool = False) -> int:
 
 
 def value_at(held: OffsetNode[EventRow], channel: int, t: float) -> float | None:
-    """Return the value of a channel at time t [s]; None if it has not changed until then."""
+    """Return the value of a channel at time t [s]; None if no event has changed it by then."""
     offset, node = held
     t -= offset
     way: list[tuple[Branch[EventRow], int]] = []
-    while node.__class__ is Branch:  # not isinstance, because g reads the state of the hand
+    while node.__class__ is Branch:  # not isinstance, for speed: g calls this to read the state of the hand
         place = bisect_right(node.begins, t) - 1
         if place < 0:
             break

@@ -39,16 +39,16 @@ COLUMNS = ("finishes", "motions", "paths", "phases", "starts", "tables")
 
 
 class RowStore(Protocol):
-    """A store that holds a row."""
+    """A place outside memory, such as a file, that holds a row."""
 
     def read(self) -> Row:
         """Read the stored row, which is identical to the bit. Raises FileError."""
 
 
 class Row(Sequence[Segment]):
-    """Segments in order, with their original times. `phases`: their indices in PHASES. `tables`: tables of blocks, kept
-    as long as the row. `closed`: the row does not grow any more. `kept`: the store of the row; `away`: the row is not
-    in memory.
+    """Segments in order, with the times at which they were first stored; the rope that uses the row shifts them.
+    `phases`: the phase of each segment as an index in PHASES. `tables`: tables of blocks, kept as long as the row.
+    `closed`: the row no longer grows. `kept`: the store of the row; `away`: the row is not in memory.
     """
 
     __slots__ = (*COLUMNS, "_count", "_packed", "away", "closed", "kept")
@@ -64,7 +64,7 @@ class Row(Sequence[Segment]):
         self.kept: RowStore | None = None
         self.grow(segments)
 
-    # --- leaving memory ---
+    # --- moving the row out of memory ---
 
     @classmethod
     def kept_at(cls, kept: RowStore, count: int) -> Row:
@@ -80,7 +80,9 @@ class Row(Sequence[Segment]):
         self.pack(len(self))
 
     def put_away(self) -> None:
-        """Remove a stored row from memory. Other threads may be reading the row."""
+        """Remove a stored row from memory. Other threads may be reading the row; they then read its columns from the
+        store.
+        """
         self._count = len(self) or self._count
         self.away = True
         for column in COLUMNS:
@@ -152,8 +154,8 @@ class Row(Sequence[Segment]):
         phases: bytes | bytearray,
         motions: Sequence[Motion | PackedMotion],
     ) -> None:
-        """Append columns. Ctrl-C may have interrupted an earlier append: the length of `motions`, which grow last,
-        counts.
+        """Append columns. `motions` grows last, so its length is the number of complete segments: entries of other
+        columns beyond it are left over from an append that Ctrl-C has interrupted, and are overwritten.
         """
         count = len(self.motions)
         self.starts[count:] = starts
@@ -172,8 +174,8 @@ class Row(Sequence[Segment]):
         self._packed = last
 
     def pack_motions(self, first: int, last: int) -> dict[int, PackedMotion]:
-        """Pack the motions with a goal from index `first` up to, but not including, `last`. Return the packed motions
-        by the identities of the motions.
+        """Pack the motions that have a goal, from index `first` up to, but not including, `last`. Return the packed
+        motions, by the `id` of the original motions.
         """
         made: dict[int, PackedMotion] = {}
         packed = None
@@ -185,8 +187,8 @@ class Row(Sequence[Segment]):
         return made
 
     def same_columns(self, place: int, other: Row) -> bool:
-        """Return whether the row has the segments of another row from index `place` on, with the same path and motion
-        objects.
+        """Return whether the segments of this row from index `place` on equal those of another row, with the same path
+        and motion objects.
         """
         part = slice(place, place + len(other))
         return (
@@ -198,7 +200,7 @@ class Row(Sequence[Segment]):
 
 
 def _unpacked(motions: Iterable[Motion | PackedMotion]) -> Iterator[Motion]:
-    """Unpack motions; the same packed motions in sequence give one motion."""
+    """Unpack motions; successive references to one packed motion give one motion object."""
     packed = None
     for motion in motions:
         if not isinstance(motion, PackedMotion):
@@ -219,11 +221,12 @@ def later(times: array[float], shift: float) -> array[float]:
 
 
 class BlockTable(Struct, frozen=True):
-    """m segments of n joints, those of a row from `first` on: `starts`, `finishes`, `durations` (m,); `coefficients`
-    (k, m, n) by ascending power.
+    """A block of a row as arrays: m segments of n joints, from index `first` of the row on. `starts`, `finishes`,
+    `durations` (m,) [s]; `coefficients` (k, m, n) by ascending power.
 
     `straight` and `resting` (m,): whether each segment is straight or at rest; a straight segment has coefficients of
-    zero. `frame_number` (m,): index in `frames`. Times are the original times of the segments.
+    zero. `frame_number` (m,): the index in `frames` of each segment's frames. Times are as stored in the row, without
+    shifts.
     """
 
     row: Row
@@ -241,8 +244,9 @@ class BlockTable(Struct, frozen=True):
         return self.row[self.first + place]
 
     def locate(self, times: Floats, offset: float, part: slice) -> tuple[Rows, Floats]:
-        """Return the segment of a part in force at each time (N,), and how long it has been in force [s], at most its
-        duration. The segments are `offset` [s] later than their stored times.
+        """For each time (N,), return the index of the active segment in the slice `part` of the block, and the time
+        since the segment began [s], at most its duration. The segments begin `offset` [s] later than their stored
+        times.
 
         The start is subtracted from the time, so the result does not depend on the offset.
         """
@@ -280,7 +284,9 @@ class BlockTable(Struct, frozen=True):
 
 
 def table_of(row: Row, first: int, last: int) -> BlockTable:
-    """Make the table of the segments of a row from `first` up to, but not including, `last`, or to its end."""
+    """Make the table of the segments of a row from `first` up to, but not including, `last`, or up to the end of the
+    row.
+    """
     import numpy as np
 
     last = min(last, len(row))
@@ -316,17 +322,17 @@ def coefficients(paths: Sequence[Path]) -> Floats:
     return table
 
 
-TIED, OBSERVED = 1, 2  # bits of an event's flag
+TIED, OBSERVED = 1, 2  # bits of an event's flags: it moves with its motion; it records a value that was read
 NOWHERE = array("q")
 EVENT_COLUMNS = ("starts", "values", "durations", "channels", "numbers", "flags")
 _INDEXING = Lock()
 
 
 class EventRow(Sequence[Event]):
-    """Events in order, with their original times. The row grows only at its end.
+    """Events in order, with the times at which they were first stored. The row grows only at its end.
 
-    `flags`: TIED, OBSERVED. `closed`: the row does not grow any more. `kept`: its file position. The changes of each
-    channel are indexed on demand; observations change no channel.
+    `flags`: the bits TIED and OBSERVED of each event. `closed`: the row no longer grows. `kept`: its position in the
+    file, if it is stored. The changes of each channel are indexed on demand; observations change no channel.
     """
 
     __slots__ = (
@@ -346,7 +352,7 @@ class EventRow(Sequence[Event]):
 
     @property
     def finishes(self) -> array[float]:
-        """The end times of the events [s], which are their start times."""
+        """The end times of the events [s]: events have no duration on the rope, so these are their start times."""
         return self.starts
 
     def __len__(self) -> int:
@@ -422,8 +428,8 @@ class EventRow(Sequence[Event]):
         durations: array[float],
         flags: bytes | bytearray,
     ) -> None:
-        """Append columns. Ctrl-C may have interrupted an earlier append: the length of `flags`, which grow last,
-        counts.
+        """Append columns. `flags` grows last, so its length is the number of complete events: entries of other columns
+        beyond it are left over from an append that Ctrl-C has interrupted, and are overwritten.
         """
         count = len(self.flags)
         self.starts[count:] = starts
@@ -433,7 +439,7 @@ class EventRow(Sequence[Event]):
         self.durations[count:] = durations
         self.flags.extend(flags)
 
-    # --- where channels change ---
+    # --- changes of channels ---
 
     def places(self, channel: int) -> array[int]:
         """Return the indices of the events that change a channel. Any thread may call it."""
@@ -454,7 +460,7 @@ class EventRow(Sequence[Event]):
                 if self.flags[place] & OBSERVED:
                     continue
                 places = self._places.setdefault(self.channels[place], array("q"))
-                while places and places[-1] >= place:  # Ctrl-C has interrupted an earlier call
+                while places and places[-1] >= place:  # indexed by an earlier call that Ctrl-C interrupted
                     places.pop()
                 places.append(place)
             self._indexed = count

@@ -1,8 +1,8 @@
-"""A segment (t_s, t_f, a): a stretch of the timeline on which the path is polynomial in t - t_s.
+"""A segment (t_s, t_f, a): an interval of the timeline on which the path is polynomial in t - t_s.
 
-In joint space each joint is a polynomial. In Cartesian space the position of the tool tip is three polynomials and
-its orientation is a base rotation times rotations about fixed axes by polynomial angles:
-R(t) = R_0 Rot(k_1, phi_1(t)) Rot(k_2, phi_2(t)) ...; all of this is in the robot's own frame, T_robot_tool [m, rad].
+In joint space each joint is a polynomial. In Cartesian space the position of the tool tip is three polynomials and its
+orientation is a base rotation times rotations about fixed axes by polynomial angles: R(t) = R_0 Rot(k_1, phi_1(t))
+Rot(k_2, phi_2(t)) ...; both are given in the robot's own frame, as T_robot_tool [m, rad].
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Phase(Enum):
 
 
 class JointPath(Struct, eq=False, gc=False):
-    """One polynomial for each joint [rad, m], all of one degree; `s` below is t - t_s [s].
+    """One polynomial for each joint [rad, m], all of the same degree; `s` below is t - t_s [s].
 
     Paths are compared by value. `pack` stores a path as contiguous doubles, which take a fifth of the memory but are
     slower to read.
@@ -93,7 +93,9 @@ class JointPath(Struct, eq=False, gc=False):
             self._length, self._rows = self.doubles()
 
     def doubles(self) -> tuple[int, bytes]:
-        """Return how many coefficients a polynomial has, and the coefficients of one joint after the other."""
+        """Return the number of coefficients of each polynomial, and the coefficients of all joints as contiguous
+        doubles, joint by joint.
+        """
         rows = self._rows
         if isinstance(rows, bytes):
             return self._length, rows
@@ -159,14 +161,18 @@ class JointPath(Struct, eq=False, gc=False):
         return tuple([second_derivative(a, s) for a in self.coefficients])
 
     def extremes(self, duration: float, order: int = 0) -> list[tuple[float, float]]:
-        """Return the least and the greatest value of every joint, or of a derivative, over `duration` [s]."""
+        """Return the minimum and the maximum of every joint over `duration` [s], or of its derivative of the given
+        order.
+        """
         rows = self.coefficients
         for _ in range(order):
             rows = tuple(derivative(a) for a in rows)
         return [extremes(a, duration) for a in rows]
 
     def stays_inside(self, lower: Joints, upper: Joints, duration: float) -> bool:
-        """Return whether every joint ends inside its range, and has all of its turning points inside."""
+        """Return whether every joint is inside its range at the end and at all of its turning points. Positions may
+        exceed the range by LIMIT_TOLERANCE.
+        """
         for a, least, most in zip(self.coefficients, lower, upper, strict=True):
             low, high = least - LIMIT_TOLERANCE, most + LIMIT_TOLERANCE
             if len(a) == 4:
@@ -192,7 +198,7 @@ def _doubles(count: int) -> struct.Struct:
 
 
 DOUBLE_BYTES = 8
-_SIX = 6 * 3 * DOUBLE_BYTES  # bytes of the parabolas of six joints
+_SIX = 6 * 3 * DOUBLE_BYTES  # size of the packed parabolas of six joints [bytes]
 _six_parabolas = _doubles(6 * 3).unpack
 
 
@@ -206,7 +212,8 @@ class Turn(NamedTuple):
 
 
 class Guide(Struct, frozen=True):
-    """Determines how redundant joints follow a path: the weighted sum of all joints is `value` [rad].
+    """A condition on redundant joints along a path: the weighted sum of all joints is `value` [rad], a polynomial in
+    time.
 
     If one weight is 1 and the others are zero, `value` is the position of one joint.
     """
@@ -216,11 +223,12 @@ class Guide(Struct, frozen=True):
 
 
 class CartesianPath(Struct, frozen=True):
-    """The tool tip along polynomials; the joints follow by inverse kinematics in one constant configuration.
+    """A path on which the tool tip follows polynomials, and inverse kinematics in one constant configuration gives the
+    joints.
 
-    There is one guide for each redundant joint. `seeds` are the joints at t_s, t_s + seed_interval, ...: they choose
-    the turn of joints that can turn more than once, and joint 4 at a wrist singularity, so that g is continuous and
-    needs no history.
+    There is one guide for each redundant joint. `seeds` are the joints at t_s, t_s + seed_interval, ...: they select
+    the revolution of joints that can turn more than once, and joint 4 at a wrist singularity, so that g is continuous
+    and needs no history.
     """
 
     position: tuple[Polynomial, Polynomial, Polynomial]
@@ -236,11 +244,11 @@ class CartesianPath(Struct, frozen=True):
         return len(self.seeds[0])
 
     def demands(self, s: float, order: int = 0) -> Demands:
-        """Return the demands of the guides on the joints at t_s + s, or on their derivatives."""
+        """Return (weights, required sum) of each guide at t_s + s, or (`order` > 0) with the derivative of the sum."""
         return tuple([(guide.weights, derivative_at(guide.value, s, order)) for guide in self.guides])
 
     def seed(self, s: float) -> Joints:
-        """Return the stored joints nearest in time."""
+        """Return the stored seed joints whose time is nearest to t_s + s."""
         if len(self.seeds) == 1:
             return self.seeds[0]
         return self.seeds[min(max(round(s / self.seed_interval), 0), len(self.seeds) - 1)]
@@ -254,7 +262,7 @@ class CartesianPath(Struct, frozen=True):
         return self.states()(s)[1]
 
     def states(self) -> Callable[[float], tuple[Transform, Twist]]:
-        """Return a function from the time to `pose` and `twist`, for use at many times of one path."""
+        """Return a function that maps s to (`pose`, `twist`); it is faster if many times of one path are needed."""
         angles = [angle for _, angle in self.turns]
         if len(angles) < 2 and max(map(len, (*self.position, *angles))) < 4:
             return _parabolic_states(self.position, self.orientation, self.turns)
@@ -289,8 +297,9 @@ class CartesianPath(Struct, frozen=True):
         )
 
     def _spin_rates(self, s: float) -> tuple[Vector, Vector]:
-        """Return angular acceleration and jerk. Each turn adds its own part to the parts of earlier turns, which also
-        rotate its axis."""
+        """Return angular acceleration and angular jerk. Each turn adds its own part to those of the earlier turns,
+        which also rotate its axis.
+        """
         w = alpha = beta = STILL
         R = self.orientation
         before: Turn | None = None
@@ -313,7 +322,9 @@ class CartesianPath(Struct, frozen=True):
 def _parabolic_states(
     rows: Sequence[Polynomial], R: Transform, turns: tuple[Turn, ...]
 ) -> Callable[[float], tuple[Transform, Twist]]:
-    """Return `CartesianPath.states` of parabolas with at most one turn, by far the most frequent case."""
+    """Return the function of `CartesianPath.states` for parabolas with at most one turn, by far the most
+    frequent case.
+    """
     (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [(*a, 0.0, 0.0)[:3] for a in rows]
     if not turns:
         nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = R
@@ -342,7 +353,7 @@ def _parabolic_states(
 def _places(
     x: Polynomial, y: Polynomial, z: Polynomial
 ) -> Callable[[float], tuple[float, float, float, float, float, float]]:
-    """Return a function from the time to position and velocity along each axis: x, x', y, y', z, z'."""
+    """Return a function that maps s to the position and velocity along each axis: x, x', y, y', z, z'."""
     if len(x) == len(y) == len(z) == 4:
         return _cubic_places((*x, *y, *z))
     if max(len(x), len(y), len(z)) > 3:
@@ -367,7 +378,7 @@ def _places(
 def _cubic_places(
     coefficients: Polynomial,
 ) -> Callable[[float], tuple[float, float, float, float, float, float]]:
-    """Return `_places` of three cubics, as `value_and_rate` computes them."""
+    """Return the function of `_places` for three cubics, with the same arithmetic as `value_and_rate`."""
     x0, x1, x2, x3, y0, y1, y2, y3, z0, z1, z2, z3 = coefficients
 
     def place(s: float) -> tuple[float, float, float, float, float, float]:
@@ -379,7 +390,9 @@ def _cubic_places(
 
 
 def _orientations(R: Transform, turns: tuple[Turn, ...]) -> Callable[[float], tuple[Transform, Vector]]:
-    """Return a function from the time to the orientation, whose position does not count, and the angular velocity."""
+    """Return a function that maps s to the orientation (ignore the position of this Transform) and the angular
+    velocity.
+    """
     if not turns:
         return lambda _: (R, STILL)
     (axis, angle), *others = turns
@@ -412,7 +425,9 @@ class PackedMotion(Struct, frozen=True, gc=False):
 
     @classmethod
     def of(cls, motion: Motion, before: PackedMotion | None) -> PackedMotion:
-        """Pack a motion. `before`: the motion packed before, which often has the same objects in all other fields."""
+        """Pack a motion. `before`: the previously packed motion, which often has the same objects in all other
+        fields.
+        """
         goal = motion.goal or ()
         known = before is not None and _other_fields(motion) == _other_fields(before.like)
         return cls(motion.number, _doubles(len(goal)).pack(*goal), before.like if before and known else motion)
@@ -432,12 +447,13 @@ class PackedMotion(Struct, frozen=True, gc=False):
 
 
 def _other_fields(motion: Motion) -> list[int]:
-    """Return the identities of all fields of a motion except number and goal."""
+    """Return the `id` of each field of a motion except number and goal."""
     return list(map(id, (*motion[1:3], *motion[4:])))
 
 
 class Segment(Struct, frozen=True, gc=False):
-    """A stretch of the timeline: `start` is t_s and `finish` t_f [s]; `motion` is the motion of which it is a part.
+    """An interval of the timeline: `start` is t_s and `finish` t_f [s]; `motion` is the motion that contains the
+    segment.
 
     A truncated segment keeps its path and finishes earlier; a shifted segment keeps its path exactly.
     """
@@ -453,7 +469,7 @@ class Segment(Struct, frozen=True, gc=False):
         return self.finish - self.start
 
     def moves(self, s: float) -> bool:
-        """Return whether the robot moves at t_s + s: not at rest, and not at the end."""
+        """Return whether the robot moves at t_s + s: the segment is not a rest, and has not ended."""
         return self.phase is not Phase.REST and s < self.finish - self.start
 
     def shift_by(self, shift: float) -> Segment:
@@ -480,7 +496,7 @@ def rest(joints: Joints, duration: float, start: float, motion: Motion) -> Segme
 
 
 def stops_on_the_way(segments: Iterable[Segment]) -> Iterator[Segment]:
-    """Yield the segments at whose end a straight line stops before it continues."""
+    """Yield each segment at whose end a straight-line motion stops before it continues."""
     for a, b in pairwise(segments):
         if a.motion.number == b.motion.number and (a.phase, b.phase) == (Phase.DECELERATE, Phase.ACCELERATE):
             yield a
@@ -490,7 +506,9 @@ def stops_on_the_way(segments: Iterable[Segment]) -> Iterator[Segment]:
 
 
 class ToolStretch(Struct, frozen=True):
-    """A stretch of a straight-line motion before its joints are known."""
+    """A piece of a straight-line motion before its joints are computed: the same polynomials as in `CartesianPath`,
+    their duration [s], and the phase. `guides`: the `value` of each guide.
+    """
 
     duration: float
     phase: Phase
@@ -501,7 +519,9 @@ class ToolStretch(Struct, frozen=True):
 
 
 def segments_of(start: float, motion: Motion, stretches: Iterator[tuple[float, Phase, Path]]) -> tuple[Segment, ...]:
-    """Make consecutive segments from `start` [s]; leave out stretches without duration."""
+    """Make consecutive segments of a motion from (duration, phase, path) triples, beginning at `start` [s]; leave out
+    triples without duration.
+    """
     segments = []
     for duration, phase, path in stretches:
         if duration > 0.0:

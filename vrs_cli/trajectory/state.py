@@ -1,4 +1,6 @@
-"""Represent the states of joints and tool in which motions begin, moving targets, and the limits of a motion."""
+"""Define the states of joints and tool in which motions begin, the moving targets of steering, and the limits of a
+motion.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +14,14 @@ from vrs_cli.kinematics.transform import Transform, Vector, length
 
 NEGLIGIBLE = 1e-12  # a smaller displacement or velocity counts as 0 [rad, m, rad/s, m/s]
 STEADY = 1e-9  # a smaller acceleration counts as 0 [rad/s2, m/s2]
-# A blend of two straight lines decelerates along the first line and accelerates along the second at the same time, as
-# in VAL: so the path cuts the corner. Later code checks whether the joints can follow.
+# Factor by which the tool may exceed its acceleration limit in a blend of two straight lines: it decelerates along the
+# first line while it accelerates along the second, as in VAL, so the path cuts the corner. Later code checks whether
+# the joints can follow.
 BLEND_FACTOR = 2.0
 
 
 class JointState(NamedTuple):
-    """Joints, their velocities and accelerations [rad, rad/s, rad/s2].
+    """The positions, velocities and accelerations of the joints [rad, rad/s, rad/s2].
 
     `acceleration` is empty if it is 0 or may jump (LSPB).
     """
@@ -29,22 +32,26 @@ class JointState(NamedTuple):
 
     @property
     def at_rest(self) -> bool:
-        """Whether the joints are at rest, without an acceleration to continue."""
+        """Whether the joints are at rest: they have neither a velocity nor an acceleration from which a motion must
+        continue.
+        """
         return all(abs(v) <= NEGLIGIBLE for v in self.velocity) and not self.accelerating
 
     @property
     def accelerating(self) -> bool:
-        """Whether the state has an acceleration that a motion has to continue."""
+        """Whether the joints have an acceleration from which a motion must continue."""
         return any(abs(a) > STEADY for a in self.acceleration)
 
     @property
     def present_acceleration(self) -> Joints:
-        """The acceleration to continue; zeros if there is none."""
+        """The acceleration from which a motion must continue [rad/s2]; zeros if there is none."""
         return self.acceleration if self.accelerating else (0.0,) * len(self.joints)
 
 
 class GuideState(Struct, frozen=True):
-    """The value of a guide (`segment.Guide`), its rate and acceleration, and its final value."""
+    """The state of a guide (`segment.Guide`: a weighted sum of joints that determines how redundant joints move): its
+    value, its rate and acceleration, and `end`, its value at the end of the motion.
+    """
 
     weights: Joints
     value: float
@@ -56,7 +63,7 @@ class GuideState(Struct, frozen=True):
 class ToolState(Struct, frozen=True):
     """T_robot_tool with the velocity of the tool tip [m/s] and its angular velocity in the robot's frame [rad/s].
 
-    `acceleration` [m/s2] and `spin_rate` [rad/s2]: the derivatives of both velocities; zero if they may jump (LSPB).
+    `acceleration` [m/s2] and `spin_rate` [rad/s2]: the derivatives of the two velocities; zero if they may jump (LSPB).
     `guides`: the states of the guides of redundant joints, which move with the tool.
     """
 
@@ -69,18 +76,20 @@ class ToolState(Struct, frozen=True):
 
     @property
     def at_rest(self) -> bool:
-        """Whether the tool is at rest, without an acceleration to continue."""
+        """Whether the tool is at rest: it has neither a velocity nor an acceleration from which a motion must
+        continue.
+        """
         return length(self.velocity) <= NEGLIGIBLE and length(self.spin) <= NEGLIGIBLE and not self.accelerating
 
     @property
     def accelerating(self) -> bool:
-        """Whether there is an acceleration to continue."""
+        """Whether the tool has an acceleration from which a motion must continue."""
         return length(self.acceleration) > STEADY or length(self.spin_rate) > STEADY
 
 
 class Target(Struct, frozen=True):
-    """The desired joints now [rad], and the velocity of these desired joints [rad/s]. `lower` and `upper`: the part of
-    their ranges in which the joints stay; all of it if these are empty.
+    """The desired joint positions at this instant [rad] and their velocities [rad/s]. `lower` and `upper`: the part of
+    their ranges in which the joints must stay; empty for the whole ranges.
     """
 
     joints: Joints
@@ -90,8 +99,8 @@ class Target(Struct, frozen=True):
 
 
 class JointLimits(Struct, frozen=True):
-    """The limits of each joint in a motion [rad/s, rad/s2, rad/s3], and its range [rad]. `peak`: the velocity that the
-    joint may never exceed.
+    """The velocity, acceleration and jerk limits of each joint in a motion [rad/s, rad/s2, rad/s3], and its range from
+    `lower` to `upper` [rad]. `peak`: the velocity that the joint may never exceed.
     """
 
     velocity: Joints
@@ -106,8 +115,8 @@ class ToolLimits(Struct, frozen=True):
     """The limits of the tool tip in a motion [m/s, m/s2, rad/s, rad/s2, m/s3, rad/s3].
 
     `blending`, `blending_jerk`: the factors by which a blend that starts in motion may exceed acceleration and jerk.
-    `guide`, `guide_acceleration`, `guide_jerk`: the limits of the guides of redundant joints, from rest [rad/s, rad/s2,
-    rad/s3].
+    `guide`, `guide_acceleration`, `guide_jerk`: the limits of the guides of redundant joints [rad/s, rad/s2, rad/s3];
+    they hold for motions that start at rest.
     """
 
     speed: float
@@ -139,7 +148,9 @@ class ToolLimits(Struct, frozen=True):
         return self.blending_jerk * self.spin_jerk
 
     def slow_down(self, velocity: float, acceleration: float, jerk: float = 1.0) -> ToolLimits:
-        """Divide velocities by the first factor, accelerations by the second, jerks by the third."""
+        """Return limits with the velocities divided by the first factor, the accelerations by the second, the jerks by
+        the third.
+        """
         return structs.replace(
             self,
             speed=self.speed / velocity,
@@ -154,5 +165,5 @@ class ToolLimits(Struct, frozen=True):
         )
 
     def ease_blend(self, acceleration: float, jerk: float) -> ToolLimits:
-        """Divide the acceleration of a blend by the first factor, its jerk by the second."""
+        """Return limits with the acceleration of a blend divided by the first factor, its jerk by the second."""
         return structs.replace(self, blending=self.blending / acceleration, blending_jerk=self.blending_jerk / jerk)

@@ -6,7 +6,7 @@ neither copied nor computed again, however long it is. Old versions stay valid f
 A change of the timeline exists in one form, the timeline delta. The planner f returns it, a timeline applies it, a line
 of the trajectory file and a message of a stream hold it, and UNDO takes it back. A delta log has all deltas of a
 timeline, one for each version; old deltas are columns of plain numbers, or stored elsewhere. If a row of the timeline
-still has their segments, it holds them for both.
+still has the segments of old deltas, the log refers to this row and keeps no copy of them.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ from vrs_cli.trajectory.segment import PackedMotion, Path, Segment
 from vrs_cli.values.commands import Event, EventEdit, Motion
 from vrs_cli.values.world import WorldState
 
-PART = 128  # number of deltas of a part
-_NOT_READ: tuple[int | None, Any] = None, None  # index of the last segment that was read, and this segment
+PART = 128  # number of deltas in one part of a delta log
+# no segment cached; else: index of the segment read last, and that segment
+_NOT_READ: tuple[int | None, Any] = None, None
 UNPACKED_PARTS = 2  # number of parts that are not packed: the last part, which grows, and the part before it
 
 
@@ -126,7 +127,7 @@ class Timeline:
 
     @property
     def end(self) -> float:
-        """Return when the last segment finishes [s]."""
+        """The time at which the last segment finishes [s]."""
         return self._rope.offset + self._rope.node.end
 
     @property
@@ -139,18 +140,21 @@ class Timeline:
         return rope.index_at(self._rope, t)
 
     def locate(self, t: float) -> tuple[Segment, float]:
-        """Return the segment in force at t as stored, and t - t_s limited to its duration (the robot is at rest in
-        gaps)."""
+        """Return the active segment at t [s], with its times as stored, and t - t_s limited to its duration (between
+        two segments the robot is at rest).
+        """
         row, place, since = rope.locate(self._rope, t)
         return row[place], since
 
     def path_at(self, t: float) -> tuple[Path, float]:
-        """Return the path of the segment in force at t, and the time since its start."""
+        """Return the path of the active segment at t [s], and t - t_s as `locate` limits it."""
         row, place, since = rope.locate(self._rope, t)
         return row.paths[place], since
 
     def blocks(self, first: float, last: float) -> Iterator[RowPart]:
-        """Yield the parts of rows that are in force from time `first` to `last` [s], in order. Versions share rows."""
+        """Yield the parts of rows that are active from time `first` to `last` [s], in order. Other versions of the
+        timeline may share these rows.
+        """
         return rope.blocks(self._rope, first, last)
 
     # --- events ---
@@ -170,8 +174,8 @@ class Timeline:
         return () if self._events is None else tuple(sorted(rope.last_values(self._events.node)))
 
     def same_events(self, other: Timeline) -> bool:
-        """Return whether both timelines share the same events, because no edit between them has changed an event. This
-        check costs nothing.
+        """Return whether both timelines share one rope of events, because no edit between them has changed an event.
+        Only references are compared.
         """
         return self._events is other._events
 
@@ -201,8 +205,9 @@ class Timeline:
         return self.event(self.events_by(t))
 
     def value_at(self, channel: int, t: float) -> float:
-        """Return the value of a channel at time t [s]: 0 until the first event that changes it. The last event of an
-        instant counts."""
+        """Return the value of a channel at time t [s]: 0 until the first event that changes it. If several events
+        happen at one instant, the last one counts.
+        """
         if self._events is None:
             return 0.0
         found = rope.value_at(self._events, channel, t)
@@ -242,9 +247,9 @@ class Timeline:
     def of_parts(
         cls, parts: Iterable[OffsetNode[Row]], version: int, events: Iterable[OffsetNode[EventRow]] = ()
     ) -> Timeline:
-        """Make the timeline whose ropes have these leaves, each with the offset of its times.
+        """Make a timeline from the leaves of its ropes, each with the offset of its times.
 
-        Raises ValueError for none.
+        Raises ValueError if there are no leaves of segments.
         """
         made = rope.root(list(parts))
         if made is None:
@@ -261,18 +266,20 @@ class Timeline:
         return timeline
 
     def parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf[Row]]]:
-        """Yield the leaves of segments, from the one with segment number `index` on, each with the number of its first
-        segment, and with the offset of its times [s].
+        """Yield the leaves of segments, starting with the leaf that contains segment number `index`. Each is yielded
+        with the number of its first segment and the offset of its times [s].
         """
         return rope.parts(self._rope, index)
 
     def event_parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf[EventRow]]]:
-        """Yield the leaves of events, as `parts` does."""
+        """Yield the leaves of events in the same form as `parts`, starting with the leaf that contains event
+        `index`.
+        """
         return iter(()) if self._events is None else rope.parts(self._events, index)
 
     def row_with(self, segments: Row, index: int) -> tuple[Row, int]:
-        """Return the row in memory that also has these segments, from segment number `index` on, and the index of the
-        first of them in that row. If there is none, return `segments`, and 0.
+        """Return a row in memory that has these segments from segment number `index` of the timeline on, and the index
+        of the first of them in that row. If there is no such row, return `segments` and 0.
         """
         for number, _, leaf in islice(self.parts(index), 1 if segments else 0):
             place = leaf.first + index - number
@@ -287,7 +294,7 @@ class Timeline:
     # --- changing: a new version ---
 
     def apply(self, delta: TimelineDelta) -> Timeline:
-        """Return tau[k+1]. Raises ValueError if the delta was made for another version, or leaves nothing."""
+        """Return tau[k+1]. Raises ValueError if the delta was made for another version, or leaves no segment."""
         if delta.version != self.version:
             raise ValueError(f"a delta of version {delta.version} does not fit timeline version {self.version}")
         if self._is_of_events(delta):
@@ -302,7 +309,7 @@ class Timeline:
         return self._of_ropes(made, self._with_events(delta.events), self.version + 1, self.world)
 
     def append(self, segments: Sequence[Segment], version: int) -> Timeline:
-        """Return a timeline of this version with more segments at its end, and the same events."""
+        """Return a timeline with the given version number, more segments at its end, and the same events."""
         made = rope.splice(self._rope, len(self), len(self), segments, 0.0)
         assert made is not None, "no segment was dropped"
         return self._of_ropes(made, self._events, version, self.world)
@@ -347,16 +354,16 @@ class Timeline:
 
 
 class KeptDeltas(Protocol):
-    """A store of deltas."""
+    """A place outside memory, such as a file, that holds deltas."""
 
     def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
         """Read the deltas from number `first` up to, but not including, `last`. Raises FileError."""
 
 
 class DeltaLog(Sequence[TimelineDelta]):
-    """Deltas in order, in parts of PART; the last part may have fewer.
+    """Deltas in order, in parts of PART deltas; the last part may have fewer.
 
-    A part is replaced in one step, so that Ctrl-C leaves the same deltas.
+    Each part is replaced in a single step, so that no delta is lost if Ctrl-C interrupts.
     """
 
     def __init__(self, deltas: Iterable[TimelineDelta] = ()) -> None:
@@ -366,14 +373,14 @@ class DeltaLog(Sequence[TimelineDelta]):
 
     @classmethod
     def after(cls, kept: KeptDeltas, parts: int, deltas: Iterable[TimelineDelta]) -> DeltaLog:
-        """Make a log of `parts` stored parts, and the deltas after them."""
+        """Make a log that begins with `parts` stored parts and continues with the given deltas."""
         log = cls()
         log._parts, log._away = [*(AwayDeltas(kept, number) for number in range(parts)), []], parts
         log.extend(deltas)
         return log
 
     def copy(self) -> DeltaLog:
-        """Return the same deltas in a new log; compact parts are shared."""
+        """Return a new log with the same deltas; packed and stored parts are shared."""
         again = DeltaLog()
         again._parts = [part.copy() if isinstance(part, list) else part for part in self._parts]
         again._away = self._away
@@ -448,9 +455,9 @@ class DeltaLog(Sequence[TimelineDelta]):
 
 
 class DeltaColumns:
-    """Deltas of consecutive versions as columns; `_firsts` has the number of the first segment of each delta."""
+    """The deltas of consecutive versions as columns; `_firsts` has the index of the first segment of each delta."""
 
-    __slots__ = (  # `_rest` has `drop` and `shift`; None if both are 0, as in steering
+    __slots__ = (  # `_rest` has the columns of `drop` and `shift`; None if all are 0, as in steering
         *("version", "_causes", "_motions", "_which", "_issued", "_executed", "_cut", "_keep", "_rest"),
         *("_firsts", "_segments", "_events"),
     )
@@ -510,7 +517,7 @@ class DeltaColumns:
         return self._motions[self._which[index]]
 
     def segments(self, index: int) -> Sequence[Segment]:
-        """Return the segments of a delta, which are made on demand."""
+        """Return the segments of a delta as a sequence that makes them when they are read."""
         return PackedSegments(self, index) if self._firsts[index] < self._firsts[index + 1] else ()
 
     def unpack(self, index: int) -> tuple[Segment, ...]:
@@ -519,7 +526,7 @@ class DeltaColumns:
 
 
 class PackedSegments(Sequence[Segment]):
-    """The segments of a packed delta, as a sequence."""
+    """The segments of a packed delta, as a sequence that makes them at each access."""
 
     __slots__ = ("_columns", "_index")
 
@@ -541,11 +548,11 @@ class PackedSegments(Sequence[Segment]):
     def __repr__(self) -> str:
         return repr(self[:])
 
-    __hash__ = None  # type: ignore[assignment]  # a delta is never a key
+    __hash__ = None  # type: ignore[assignment]  # not hashable: a delta is never a dictionary key
 
 
 class AwayDeltas:
-    """A part of a log that is stored and not in memory."""
+    """A part of a log that is in the store and not in memory."""
 
     __slots__ = ("_kept", "_number")
 

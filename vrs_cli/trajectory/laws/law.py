@@ -1,5 +1,5 @@
-"""Define the functions by which a velocity profile plans motions (`LAWS[profile]`), and the `Course` of a motion that
-LSPB and SCURVE share. The file named after a profile contains its `LAW`.
+"""Define the functions by which a velocity profile plans motions (`LAWS[profile]`), and the `Course` (the times) of a
+motion, which LSPB and SCURVE share. The file named after a profile contains its `LAW`.
 
 A course has three phases: the velocity changes, stays constant, and goes to zero. The laws differ in how the velocity
 changes (`Blend`, `Change`) and in how the times of the phases are found. From these times, all laws compute the motion
@@ -34,12 +34,12 @@ from vrs_cli.trajectory.segment import STILL, JointPath, Path, Phase, Segment, T
 from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-VERSION = 2  # increase it if a law plans other motions from the same state (1: in SCURVE all joints shared all times)
+VERSION = 2  # increase it if a law plans a state differently; in version 1, all joints of SCURVE shared all times
 SLIVER = 1e-6  # [s] a shorter cruise is left out
 Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) pairs of one joint, in order
-# an instant of the time grid, the same in seconds, and the cubic from there on
+# a cubic of one joint: its start [grid instants], its start [s], and its four coefficients
 Row = tuple[int, float, float, float, float, float]
-# the planned cubics of each joint from now on; None if they are not cubics
+# returns the planned cubics of each joint from now on; None if its polynomials are not cubics
 Coming = Callable[[], Sequence[Sequence[Row]] | None]
 
 
@@ -51,12 +51,12 @@ class Law(Struct, frozen=True):
     """The functions with which motions of a profile gain and lose velocity.
 
     `smooth`: the acceleration does not jump, and the jerk is limited. `samples`: the number of intervals in which each
-    stretch of a straight line is sampled at first. All motions end at rest:
+    stretch of a straight line is sampled at first. All planned motions end at rest:
 
     `joint_motion(state, goal, limits, start, motion, least)`: the segments of a joint-interpolated motion to `goal`;
     `least`: the least duration [s]. Raises NoTimes.
 
-    `joint_stops(state, limits, start, motion)`: ways of braking, in the order in which they are tried.
+    `joint_stops(state, limits, start, motion)`: the possible stops, in the order in which they are tried.
 
     `straight_motion(state, target, limits, least)`: the stretches of a straight line to T_robot_tool `target`; none if
     the tool is there already. Raises NoTimes.
@@ -64,10 +64,11 @@ class Law(Struct, frozen=True):
     `straight_stop(state, limits)`: the stretches that bring the tool to rest on its line. Raises NoTimes.
 
     `steer(state, target, limits, hardest, tick, start, motion, coming)`: a tick [s] towards a moving target, then a
-    stop; `hardest`: the limits of braking. Empty if neither a tick nor the `coming` motion keeps the limits.
+    stop; `hardest`: the limits for the hardest braking; `coming`: returns the previous plan. Empty if neither the tick
+    nor the previous plan keeps the limits.
 
-    `replay_steering(state, rates, limits, tick, start, motion)`: the same segments again, from the rate of each joint
-    that `steering_of(segments)` returns; None if the rates do not determine the segments.
+    `replay_steering(state, rates, limits, tick, start, motion)`: the segments that `steer` planned, from the rate of
+    each joint that `steering_of(segments)` returns; None if the rates do not determine the segments.
     """
 
     smooth: bool
@@ -105,8 +106,8 @@ class Blend(Struct, frozen=True):
         return 0.5 * self.lasts
 
     def ahead(self, way: float, v0: float, a0: float) -> float:  # noqa: ARG002 (the acceleration jumps)
-        """Return the part of a distance that the velocity after the change must cover; the state at the start covers
-        the remainder.
+        """Return the part of a distance `way` that the velocity after the change must cover; the velocity at the start
+        covers the remainder.
         """
         return way - 0.5 * v0 * self.lasts
 
@@ -119,7 +120,9 @@ class Blend(Struct, frozen=True):
         return [parabola(p, v0, v1, self.lasts)]
 
     def paths(self, p: Sequence[float], v0: Sequence[float], v1: Sequence[float]) -> list[tuple[Polynomial, ...]]:
-        """Return the changes of several joints from zero acceleration: their polynomials for each stretch."""
+        """Return the changes of several joints from acceleration zero: for each stretch, the polynomials of all
+        joints.
+        """
         return [tuple(map(parabola, p, v0, v1, repeat(self.lasts)))]
 
 
@@ -155,7 +158,7 @@ class Change(NamedTuple):
         return self.ways[1] / self.reach
 
     def level(self, v0: float, a0: float, v1: float) -> float:
-        """Return A, the acceleration that is held."""
+        """Return A of the formula in `scurve`: the acceleration that is held."""
         return (v1 - v0 - 0.5 * self.rise * a0) / self.reach
 
     def ahead(self, way: float, v0: float, a0: float) -> float:
@@ -175,8 +178,8 @@ class Change(NamedTuple):
         return tuple((duration, rate) for duration, rate in zip(self, rates, strict=True) if duration)
 
     def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:
-        """Return the polynomials of a change from v0 to v1 that starts at position p, one for each part that takes
-        time.
+        """Return the polynomials of a change from v0 to v1 that starts at position p, one for each part that is not
+        empty.
         """
         level = self.level(v0, a0, v1)
         polynomials: list[Polynomial] = []
@@ -189,7 +192,9 @@ class Change(NamedTuple):
         return polynomials
 
     def paths(self, p: Sequence[float], v0: Sequence[float], v1: Sequence[float]) -> list[tuple[Polynomial, ...]]:
-        """Return the changes of several joints from zero acceleration: their polynomials for each stretch."""
+        """Return the changes of several joints from acceleration zero: for each stretch, the polynomials of all
+        joints.
+        """
         return list(zip(*map(self.polynomials, p, v0, repeat(0.0), v1), strict=True))
 
     @property
@@ -203,7 +208,9 @@ VelocityChange = Blend | Change
 
 
 def ramps(by_acceleration: float, by_jerk: float) -> Change:
-    """Return the shortest change with equal ramps, for the given maxima of |v| / a and |v| / j."""
+    """Return the shortest change of velocity with two equal ramps. Its velocities are given by the maxima of |v| / a
+    and |v| / j over all components.
+    """
     if by_jerk <= 0.0:
         return NONE
     reach = max(by_acceleration, sqrt(by_jerk))
@@ -216,7 +223,7 @@ def ramps(by_acceleration: float, by_jerk: float) -> Change:
 
 
 class Course(Struct, frozen=True):
-    """The times of a whole motion, each on the time grid."""
+    """The times of a whole motion: a change of velocity, the cruise [s], and slowing down, all on the time grid."""
 
     change: VelocityChange
     cruise: float
@@ -244,8 +251,8 @@ class Course(Struct, frozen=True):
         return [(duration, first) for duration in self.change.durations] + cruise + slowing
 
     def polynomials(self, p: float, v0: float, a0: float, v1: float, after: float | None = None) -> list[Polynomial]:
-        """Return a motion from position p at cruise velocity v1: a polynomial for each stretch. `after`: the position
-        at the end of the change, if the caller knows it.
+        """Return a motion of one component from position p, with cruise velocity v1: a polynomial for each stretch.
+        `after`: the position at the end of the change, if the caller knows it.
         """
         rows = self.change.polynomials(p, v0, a0, v1)
         p = value(rows[-1], self.change.durations[-1]) if after is None else after
@@ -258,7 +265,7 @@ class Course(Struct, frozen=True):
 def joint_stretches(
     course: Course, joints: Joints, velocity: Joints, cruising: Sequence[float], first: Phase
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """Yield the stretches of joints that change from their velocities to these cruise velocities and then stop. Each
+    """Yield the stretches of joints that change from their velocities to the velocities `cruising` and then stop. Each
     stretch is computed for all joints at once, since this is the most frequent plan.
     """
     change, cruise, slow = course.change, course.cruise, course.slow
@@ -275,9 +282,9 @@ def joint_stretches(
 
 
 class ToolMotion:
-    """A straight line from a state to a target, with its rotation: the present spin decays while one turn makes the
-    remaining rotation. `dying`: the turns by which the spin decays, each with its axis, and its speed and acceleration
-    at the start.
+    """A straight line of the tool from a state to a target, with its rotation: the current angular velocity (spin)
+    decays while a single turn makes the remaining rotation. `dying`: the turns by which the spin decays, each with its
+    axis, and its speed and acceleration at the start.
     """
 
     acceleration: Vector = STILL  # acceleration of the tip at the start
@@ -289,7 +296,7 @@ class ToolMotion:
         self.displacement = vector_difference(position(target), position(state.pose))
 
     def orientation_after(self, change: VelocityChange) -> Transform:
-        """Return the orientation that is reached while the present spin decays."""
+        """Return the orientation that the decay of the current spin leads to."""
         R = self.state.pose
         for axis, rate, acceleration in self.dying:
             R = compose(R, rotation_about(axis, change.to_rest(rate, acceleration)))
@@ -297,17 +304,19 @@ class ToolMotion:
 
     @cached_property
     def whole_turn(self) -> tuple[Vector, float]:
-        """Axis and angle of the turn from the present orientation."""
+        """Axis and angle of the turn from the current orientation to the target."""
         return axis_angle(compose(inverse(self.state.pose), self.target))
 
     def turn(self, change: VelocityChange) -> tuple[Vector, float]:
-        """Return axis and angle of the turn that remains after the spin has decayed."""
+        """Return axis and angle of the turn that remains after the decay of the spin."""
         if not self.dying:
             return self.whole_turn
         return axis_angle(compose(inverse(self.orientation_after(change)), self.target))
 
     def turn_after_change(self, change: VelocityChange, spin: float) -> float | None:
-        """Return the angle of a turn at the end of the change to this spin; None: use the value of its polynomials."""
+        """Return the angle turned at the end of the change to this spin; None if the value of the polynomials is exact
+        enough.
+        """
 
     def stretches(self, course: Course) -> Iterator[ToolStretch]:
         """Yield the stretches of the line; none if the course has no length."""

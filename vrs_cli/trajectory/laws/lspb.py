@@ -1,22 +1,23 @@
-"""LSPB: linear motions with parabolic blends. A motion blends from the present state, cruises, and slows down to rest.
+"""LSPB: linear motions with parabolic blends. A motion blends from its start state, cruises, and slows down to rest.
 
 From rest the blend is the acceleration. One motion has several components, which start and stop together: all joints
-or, in Cartesian space, position and rotation of the tool tip. They blend from the present velocity v0 to the cruise
+or, in Cartesian space, position and rotation of the tool tip. They blend from the current velocity v0 to the cruise
 velocity v1 in `blend` seconds, cruise, and slow down to rest in `slow` seconds, all at constant acceleration. With D
 the remaining displacement,
 
-    D = blend (v0 + v1) / 2 + v1 cruise + v1 slow / 2,   v1 = (D - v0 blend / 2) / S,   S = blend/2 + cruise + slow/2.
+D = blend (v0 + v1) / 2 + v1 cruise + v1 slow / 2, v1 = (D - v0 blend / 2) / S, S = blend/2 + cruise + slow/2.
 
-The time is minimal over u = 1/S for a given blend time; the blend time is searched. (Craig, Introduction to Robotics,
-7.3 "Linear function with parabolic blends", extended to a moving start.)
+The time is minimal for the greatest u = 1/S that a given blend time allows; the blend time is searched. (Craig,
+Introduction to Robotics, 7.3 "Linear function with parabolic blends", extended to a moving start.)
 
-Steering, a tick at a time: the joints chase a moving target, each as well as its limits allow. Every joint wants the
-velocity `w + g(e)`: the velocity of its target, plus a velocity that removes the error e within a short time. This is
-g(e) = e / (2 D), but at most sqrt(a |e|), from which the joint can brake within the distance e. It changes its velocity
-towards that within D / 2. If limits do not matter, this is the critically damped law q'' = e / D^2 + 2 (w - q') / D for
-a target that keeps its velocity w, so it follows such a target without a lag. The acceleration is held for one tick, as
-a parabola. If no other target comes, the joints coast for a while and then brake. A joint always leaves itself room for
-both before the end of its range. So a joint that begins inside its range stays inside, whatever targets come.
+Steering, a tick at a time: the joints follow a moving target, each as well as its limits allow. Every joint wants the
+velocity `w + g(e)`: the velocity of its target, plus a velocity that removes the error e within the response time T.
+This is g(e) = e / (2 T), but at most sqrt(a |e|), from which the joint can brake within the distance e. The joint
+changes its velocity to the wanted one within T / 2. If limits do not matter, this is the critically damped law q'' = e
+/ T^2 + 2 (w - q') / T for a target that keeps its velocity w, so the joint follows such a target without a lag. The
+acceleration is held for one tick, as a parabola. If no other target comes, the joints coast for a while and then brake.
+A joint always leaves itself room for both before the end of its range. So a joint that begins inside its range stays
+inside, whatever targets come.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from vrs_cli.values.commands import Motion
 
 MARGIN = 1.0 + 1e-7  # factor that keeps velocities inside limits after times are rounded to the grid
 BLEND_ROOM = 8 * TICK  # [s] added to a blend, because rounding of the other times moves the limits a little
-SAME_QUOTIENT = 1e-9  # quotients that differ by less count as equal
+SAME_QUOTIENT = 1e-9  # relative tolerance: a bound that u misses by less, by rounding, counts as kept
 LONGER_BLEND = 1.2
 FIRST_STEPS = 2
 MAX_BLEND_S = 1e6  # [s] maximum time of a blend
@@ -49,8 +50,8 @@ def _course(blend: float, cruise: float, slow: float) -> Course:
 
 
 class Component(Struct, frozen=True):
-    """A scalar part of a motion: the remaining displacement, the present velocity, the limits of velocity, acceleration
-    and jerk.
+    """A scalar part of a motion: the remaining displacement, the current velocity, and the limits of velocity,
+    acceleration and jerk.
     """
 
     displacement: float
@@ -61,8 +62,9 @@ class Component(Struct, frozen=True):
 
 
 class Demand(NamedTuple):
-    """The bounds for a blend time: u of the formula lies in [low, high]; `slowing` is max |v1| / (u a), so that slow =
-    slowing u."""
+    """The bounds that one blend time sets: u = 1/S of the module's formula lies in [low, high]; `slowing` is max |v1| /
+    (u a), so that slow = slowing u.
+    """
 
     low: float
     high: float
@@ -89,7 +91,9 @@ def from_rest(components: Sequence[Component], least: float = 0.0) -> Course:
 
 
 def _without_sliver(blend: float, cruise: float, slow: float) -> Course:
-    """Leave out a very short cruise: slowing down takes longer by twice that time, so S stays the same."""
+    """Return a course in which a very short cruise is left out: slowing down takes longer by twice that time, so S
+    stays the same.
+    """
     return _course(blend, cruise, slow) if cruise > SLIVER else _course(blend, 0.0, slow + 2.0 * cruise)
 
 
@@ -162,7 +166,7 @@ def search(
     """Return the times of the shortest motion that the demands allow, by a search over the blend time.
 
     `shortest`: a blend time [s] below which no motion is possible; `guess`: an estimate of the blend time; `least`: the
-    least total time; `first_steps`: the number of steps in the search for the shortest possible blend. Raises
+    least total time [s]; `first_steps`: the number of search steps towards the shortest possible blend. Raises
     ValueError if no motion is possible.
     """
 
@@ -191,10 +195,10 @@ class Try(Struct, frozen=True):
 
 
 def _shortest(try_blend: Callable[[float], Try], low: Try, best: Try, first_steps: int) -> float:
-    """Return a blend time of (nearly) the least total time: find the shortest possible blend, and go downhill from
-    there.
+    """Return a blend time with (nearly) the least total time: first find the shortest possible blend, then lengthen it
+    as long as the total time decreases.
     """
-    for _ in range(first_steps):  # estimate where room begins, if it grows linearly; else the middle
+    for _ in range(first_steps):  # try the blend where `room` is 0 if it grows linearly; else the middle
         known = -inf < low.room < 0.0 and best.room < inf
         part = min(max(low.room / (low.room - best.room), 0.1), 0.9) if known else 0.5
         middle = try_blend(low.blend + part * (best.blend - low.blend))
@@ -227,7 +231,8 @@ def _times_on_grid(demands: Demands, blend: float, least: float) -> Course:
     while True:
         times = _on_grid(demands(blend), blend, least)
         if times is None:
-            blend = up_to_grid(blend * 1.001) + BLEND_ROOM  # rounding has left no room between the bounds
+            # rounding has left no u between the bounds: try a longer blend
+            blend = up_to_grid(blend * 1.001) + BLEND_ROOM
         elif times.total < least - SLIVER:
             # the motion starts so fast that it would have to turn back to last that long
             blend = up_to_grid(blend * LONGER_BLEND)
@@ -244,7 +249,7 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
         return None
     if u == inf:  # the blend itself ends at rest on the target
         return _course(blend, 0.0, 0.0)
-    u = max(u / MARGIN, 0.5 * (demand.low + u))  # a u with room for rounding on both sides
+    u = max(u / MARGIN, 0.5 * (demand.low + u))  # leave a margin for rounding on both sides of u
     rest = least - 0.5 * blend
     square = rest * rest - 2.0 * demand.slowing
     # for every u, the total time 1/u + (blend + slowing u) / 2 is at least this long
@@ -255,9 +260,9 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
     return times if demand.low * times.reach <= 1.0 + SAME_QUOTIENT else None
 
 
-LINE_FIRST_STEPS = 4  # number of steps towards the shortest blend of two lines, which is usually the quickest
-RESPONSE_TICKS = 2.5  # D of the steering rule in ticks: quick, and steady for one target a tick
-COASTING_TICKS = 1.0  # [ticks] maximum delay of the next target without a jolt
+LINE_FIRST_STEPS = 4  # number of search steps towards the shortest blend of two lines, usually the best
+RESPONSE_TICKS = 2.5  # [ticks] T of the steering rule: responds fast, and is steady with one target a tick
+COASTING_TICKS = 1.0  # [ticks] joints coast this long for a late target before they brake
 LIMIT_MARGIN = 1.0 - 1e-9  # factor on limits, to allow for rounding
 
 
@@ -285,7 +290,7 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
 
 
 def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
-    """Return the stretches that bring the tool to rest as soon as possible, on the line that it moves on."""
+    """Return the stretches that bring the tool to rest as soon as possible, along its current line."""
     line = _ToolMotion(state, state.pose, limits)
     blend = up_to_grid(max(length(state.velocity) / limits.acceleration, line.spin / limits.spin_acceleration))
     stop = Course(Blend(blend), 0.0, Blend(0.0))
@@ -319,8 +324,9 @@ class _ToolMotion(ToolMotion):
         return search(self._demands, shortest, guess, least, LINE_FIRST_STEPS)
 
     def _demands(self, blend: float) -> Demand:
-        """Return the bounds of position and rotation together. The decaying spin and the new turn share the angular
-        acceleration."""
+        """Return the bounds that position and rotation set together. The decaying spin and the new turn share the limit
+        of angular acceleration.
+        """
         low, high, slowing = vector_demands(self.displacement, self.state.velocity, self.limits, blend)
         _, angle = self.turn(Blend(blend)) if self.dying else self.whole_turn
         if angle > NEGLIGIBLE:
@@ -334,13 +340,13 @@ class _ToolMotion(ToolMotion):
 
 
 def joint_stops(state: JointState, limits: JointLimits, start: float, motion: Motion) -> Iterator[tuple[Segment, ...]]:
-    """Yield the possible stops: all joints together, then each joint as fast as possible."""
+    """Yield the possible stops: all joints together, then each joint on its own as fast as possible."""
     yield joint_stop(state, limits, start, motion)
     yield joint_stop_each(state, limits, start, motion)
 
 
 def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
-    """Bring all joints to rest together, along the present direction."""
+    """Bring all joints to rest together, along the current direction in joint space."""
     blend = max(_stopping_times(state, limits))
     pairs = zip(state.joints, state.velocity, strict=True)
     path = JointPath(tuple(parabola(q, v, 0.0, blend) if blend else (q,) for q, v in pairs))
@@ -353,7 +359,7 @@ def _stopping_times(state: JointState, limits: JointLimits) -> list[float]:
 
 def joint_stop_each(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
     """Bring every joint to rest as fast as possible, each in its own time. No joint goes farther than necessary, so the
-    joints stay in range if the interrupted motion would have done so.
+    joints stay in range if the interrupted motion would have stayed in range.
     """
     stops = _stopping_times(state, limits)
     q, v = list(state.joints), list(state.velocity)
@@ -412,8 +418,8 @@ def steer(
 def replay_steering(
     state: JointState, v1: Joints, limits: JointLimits, tick: float, start: float, motion: Motion
 ) -> tuple[Segment, ...]:
-    """Plan a tick in which the joints come to the velocities v1, then coasting, and braking to rest: all joints
-    together if there is enough room, else each in its own time.
+    """Plan a tick in which the joints reach the velocities v1, then coasting, then braking to rest: all joints together
+    if there is enough room, else each in its own time.
     """
     path = JointPath(tuple(map(parabola, state.joints, state.velocity, v1, (tick,) * len(v1))))
     stretches: list[tuple[float, Phase, Path]] = [(tick, Phase.BLEND, path)]
@@ -433,7 +439,7 @@ def replay_steering(
 
 
 def steering_of(segments: Sequence[Segment]) -> Joints | None:
-    """Return the velocities with which `replay_steering` made the segments; None if it did not make them."""
+    """Return the velocities v1 from which `replay_steering` makes these segments; None if it cannot have made them."""
     path = segments[0].path
     if segments[0].phase is not Phase.BLEND or not isinstance(path, JointPath):
         return None

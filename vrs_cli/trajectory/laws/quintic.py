@@ -43,18 +43,19 @@ from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch, s
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # factors of D/T, D/T^2, D/T^3 in maxima from rest
+# factors of D/T, D/T^2, D/T^3 in the maxima of velocity, acceleration and jerk of a motion from rest
+FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0
 TIME_FACTOR = 1.06  # ratio of each tried time to the one before
 MAX_TRIES = 160
 MIN_TIME_S = 1e-3  # minimum time [s] of a motion that begins in motion
-PEAK_TOLERANCE = 1.0 + 1e-6  # factor on a velocity limit, below which a velocity counts as at the limit
-HALVINGS = 5  # number of halvings of the step from a time that is too short to a time that is long enough
+PEAK_TOLERANCE = 1.0 + 1e-6  # factor on limits raised to the state at the start, so that rounding breaks none
+HALVINGS = 5  # number of halvings of the interval between a time that is too short and one that is long enough
 
-Part = tuple[float, float, float]  # remaining displacement, present velocity and present acceleration of a component
+Part = tuple[float, float, float]  # remaining displacement, current velocity and current acceleration of a component
 
 
 class Bounds(NamedTuple):
-    """The maximum velocity, acceleration and jerk of a part."""
+    """The maximum velocity, acceleration and jerk of a component."""
 
     velocity: float
     acceleration: float
@@ -74,8 +75,8 @@ def quintic(p: float, part: Part, lasting: float) -> Polynomial:
 
 
 def from_rest(ways: Sequence[tuple[float, Bounds]], least: float) -> float:
-    """Return the time [s] in which all displacements from rest to rest keep their bounds; 0 if all displacements are
-    0.
+    """Return the shortest time [s] in which all displacements, from rest to rest, keep their bounds; 0 if all
+    displacements are 0.
     """
     if max(abs(way) for way, _ in ways) <= NEGLIGIBLE:
         return 0.0
@@ -87,7 +88,7 @@ def from_rest(ways: Sequence[tuple[float, Bounds]], least: float) -> float:
 
 
 def from_motion(keeps: Callable[[float], bool], shortest: float) -> float:
-    """Return the least time [s] found that keeps all bounds, not below `shortest`. Raises NoTimes."""
+    """Return the shortest time [s] found for which `keeps` is true, at least `shortest`. Raises NoTimes."""
     short = long = max(shortest, MIN_TIME_S)
     for _ in range(MAX_TRIES):
         if keeps(long):
@@ -100,14 +101,14 @@ def from_motion(keeps: Callable[[float], bool], shortest: float) -> float:
 
 
 def _on_grid(lasting: float) -> float:
-    """Round a time up so that both halves of it are on the grid."""
+    """Round a time [s] up so that half of it is also on the grid."""
     return 2.0 * up_to_grid(0.5 * lasting * MARGIN)
 
 
 def _keeps(part: Part, bounds: Bounds, lasting: float) -> bool:
     rates = derivative(quintic(0.0, part, lasting))
     bends = derivative(rates)
-    # begin with the quickest check
+    # the check that costs least comes first
     rows = (derivative(bends), bounds.jerk), (bends, bounds.acceleration), (rates, bounds.velocity)
     return all(most(row, lasting) <= bound for row, bound in rows)
 
@@ -156,7 +157,7 @@ def _joint_bounds(part: Part, velocity: float, acceleration: float, jerk: float,
 def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, least: float = 0.0) -> list[ToolStretch]:
     """Plan the straight-line motion to rest at T_robot_tool `target`; empty if the tool is there already.
 
-    Raises NoTimes if the state at the start allows none.
+    Raises NoTimes if the state at the start allows no such motion.
     """
     way = vector_difference(position(target), position(state.pose))
     if state.at_rest:
@@ -191,7 +192,7 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
 
 
 def _tip_parts(state: ToolState, way: Vector) -> list[Part]:
-    """Return the tip's displacement, velocity and acceleration, along the line and across it."""
+    """Return the tip's displacement, velocity and acceleration along the line, and in two directions across it."""
     size = length(way)
     along = scaled_vector(way, 1.0 / size) if size > NEGLIGIBLE else (1.0, 0.0, 0.0)
     beside = vector_difference(state.velocity, scaled_vector(along, dot(state.velocity, along)))
@@ -203,10 +204,10 @@ def _tip_parts(state: ToolState, way: Vector) -> list[Part]:
 
 
 def _tool_keeps(state: ToolState, target: Transform, limits: ToolLimits, tips: Sequence[Part], time: float) -> bool:
-    """Return whether a motion of duration `time` [s] keeps the limits: those of the blend in its first half, the other
-    limits in its second half.
+    """Return whether a motion of duration `time` [s] keeps the limits: the limits of a blend in its first half, the
+    ordinary limits in its second half.
 
-    Vectors are bounded by the extremes of their parts.
+    The magnitude of a vector is bounded by the extremes of its components.
     """
     spins = [angle for _, angle in _turns(state, target, time)]
     return _group_keeps(
@@ -240,7 +241,7 @@ def _group_keeps(
 
 
 def _turns(state: ToolState, target: Transform, time: float) -> list[tuple[Vector, Polynomial]]:
-    """Return the turns of a motion: the present spin decays, and one turn from rest to rest makes the remaining
+    """Return the turns of a motion: the current spin decays, and a single turn from rest to rest makes the remaining
     rotation.
     """
     spin, spin_rate = rotated_back(state.pose, state.spin), rotated_back(state.pose, state.spin_rate)
@@ -248,7 +249,8 @@ def _turns(state: ToolState, target: Transform, time: float) -> list[tuple[Vecto
     for axis, rate, change in spin_turns(spin, spin_rate):
         gain = change * time
         cubic = -(rate + 2.0 * gain / 3.0) / (time * time)
-        angle = 0.0, rate, 0.5 * change, cubic, (0.5 * rate + 0.25 * gain) / time**3  # comes to rest at any angle
+        # degree 4: it comes to rest, at an angle that is not prescribed
+        angle = 0.0, rate, 0.5 * change, cubic, (0.5 * rate + 0.25 * gain) / time**3
         turns.append((axis, angle))
         turned = compose(turned, rotation_about(axis, value(angle, time)))
     axis, left = axis_angle(compose(inverse(turned), target))

@@ -5,15 +5,16 @@ seconds, stays there for `hold`, and goes to zero in `fall`. So a motion may beg
 With
 
     R = rise/2 + hold + fall/2          v1 = v0 + a0 rise/2 + A R
-    way of the change = v0 b + a0 K0 + A K1,   b = rise + hold + fall
+    distance of the change = v0 b + a0 K0 + A K1,   b = rise + hold + fall
 
 everything is linear in v1 for given times, and the remaining displacement D requires
 
-    v1 = E u,   E = D - v0 b - a0 K0 + lag (v0 + a0 rise/2),   1/u = lag + cruise + slow/2,   lag = K1 / R.
+v1 = E u, E = D - v0 b - a0 K0 + lag (v0 + a0 rise/2), 1/u = lag + cruise + slow/2, lag = K1 / R.
 
-Slowing down is a change to zero with equal ramps. The greatest u within all limits is the quickest for given times of
-the change; those times are searched. (Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots,
-3.4 "Double S trajectory", for several components with one clock and any start.)
+Slowing down is a change to zero with equal ramps. For given times of the change, the greatest u within all limits gives
+the shortest motion; the times of the change are searched. (Biagiotti and Melchiorri, Trajectory Planning for Automatic
+Machines and Robots, 3.4 "Double S trajectory", extended to several components that share their times and to any start
+state.)
 """
 
 from __future__ import annotations
@@ -54,7 +55,9 @@ HALVINGS = 50
 
 
 class Bounds(NamedTuple):
-    """The bounds of a change: u in [low, high]; for slowing down, the maxima of |v1| / (u a) and |v1| / (u j)."""
+    """The bounds that the times of a change set: u lies in [low, high]; `by_acceleration` and `by_jerk` are the maxima
+    of |v1| / (u a) and |v1| / (u j), from which the time of slowing down follows.
+    """
 
     low: float
     high: float
@@ -95,7 +98,9 @@ def _rest_total(bounds: Bounds, u: float) -> float:
 
 
 def _slow_time(bounds: Bounds, u: float) -> float:
-    """Return the least time [s] of a change by the velocities E u at constant jerks, from acceleration zero to zero."""
+    """Return the least time [s] of a change by the velocities E u at constant jerks, with acceleration zero at both
+    ends.
+    """
     if bounds.by_jerk <= 0.0:
         return 0.0
     s = max(bounds.by_acceleration * u, sqrt(bounds.by_jerk * u))
@@ -103,7 +108,7 @@ def _slow_time(bounds: Bounds, u: float) -> float:
 
 
 def _without_sliver(change: Change, cruise: float, slow: Change) -> Course:
-    """Leave out a very short cruise: the ramps of slowing down get longer by that time."""
+    """Return a course in which a very short cruise is left out: the ramps of slowing down get longer by that time."""
     if cruise > SLIVER:
         return Course(change, cruise, slow)
     return Course(change, 0.0, Change(slow.rise + cruise, slow.hold, slow.fall + cruise) if slow.lasts else slow)
@@ -112,7 +117,7 @@ def _without_sliver(change: Change, cruise: float, slow: Change) -> Course:
 def _most_that_cruises(bounds: Bounds, lag: float | None) -> float:
     """Return the maximum u up to `high` whose cruise time is not negative.
 
-    `lag` None: the change starts from rest, and takes as long as slowing down.
+    `lag`: the lag of the change [s]; None if the change starts from rest, and so takes as long as slowing down.
     """
     fixed, halves = (0.0, 1.0) if lag is None else (lag, 0.5)
     high, m, n = bounds.high, bounds.by_acceleration, bounds.by_jerk
@@ -127,8 +132,9 @@ def _most_that_cruises(bounds: Bounds, lag: float | None) -> float:
 
 
 def _root(c2: float, c3: float) -> float:
-    """Return the x > 0 with 1 = c2 x^2 + c3 x^3, by Newton's rule. It starts at the largest x for which neither term is
-    more than 1."""
+    """Return the x > 0 with 1 = c2 x^2 + c3 x^3, by Newton's method. The search starts at the largest x for which
+    neither term is more than 1.
+    """
     x = min(1.0 / cbrt(c3), 1.0 / sqrt(c2)) if c2 else 1.0 / cbrt(c3)
     for _ in range(8):
         excess = (c2 + c3 * x) * x * x - 1.0
@@ -139,8 +145,9 @@ def _root(c2: float, c3: float) -> float:
 
 
 def _slower(total: Callable[[float], float], low: float, high: float, least: float) -> float:
-    """Return a u in (low, high] for which the total time is (just) at least `least`; the minimum u if there is no such
-    u."""
+    """Return a u in (low, high] for which the total time is (just) at least `least` [s]; if there is no such u, the
+    smallest u searched.
+    """
     slow, quick = max(low, high * 1e-9), high
     for _ in range(HALVINGS):
         middle = sqrt(slow * quick)
@@ -157,8 +164,8 @@ def _slower(total: Callable[[float], float], low: float, high: float, least: flo
 def vector_bounds(
     displacement: Vector, velocity: Vector, acceleration: Vector, limits: ToolLimits, change: Change
 ) -> Bounds:
-    """Return the bounds on u of the tip, so that |E u| <= v_max, the level A keeps its limits, and |A - a0| <= jerk
-    rise. The limits of the change are those of blending; the others are those of slowing down.
+    """Return the bounds on u that the tip sets, so that |E u| <= v_max, the level A keeps its limits, and |A - a0| <=
+    jerk rise. The change keeps the limits of blending; slowing down keeps the ordinary limits.
     """
     reach = change.reach
     k0, k1 = change.ways
@@ -182,7 +189,7 @@ def vector_bounds(
 
 
 def keeps(change: Change, velocity: Vector, at: Vector, acceleration: float, jerk: float) -> bool:
-    """Return whether a change to rest from a velocity and an acceleration `at` the start keeps the limits."""
+    """Return whether a change to rest keeps the limits; it begins with a velocity and with the acceleration `at`."""
     level = scaled_vector(vector_sum(velocity, scaled_vector(at, 0.5 * change.rise)), -1.0 / change.reach)
     most = min(acceleration, jerk * change.fall)
     return length(level) <= most and length(vector_difference(level, at)) <= jerk * change.rise
@@ -201,8 +208,8 @@ def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
 
 
 def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, limits: ToolLimits) -> Bounds:
-    """Return the bounds on u for a turn by `angle` while a present spin (with its rate) decays. Turn and spin share the
-    limits.
+    """Return the bounds on u for a turn by `angle` while the current spin (with its rate) decays. Turn and spin share
+    the limits.
     """
     blend_jerk = limits.blend_spin_jerk
     level = scaled_vector(vector_sum(spin, scaled_vector(spin_rate, 0.5 * change.rise)), -1.0 / change.reach)
@@ -220,7 +227,7 @@ def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, l
 
 
 def both(a: Bounds, b: Bounds) -> Bounds:
-    """Return the bounds that satisfy both parts of a motion."""
+    """Return the bounds that satisfy two parts of a motion, such as position and rotation."""
     return Bounds(
         max(a.low, b.low),
         min(a.high, b.high),
@@ -236,7 +243,7 @@ def both(a: Bounds, b: Bounds) -> Bounds:
 def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0) -> Course:
     """Return the times of (nearly) the shortest motion that the demands allow. Raises NoTimes.
 
-    `guess`: an estimate of the change; `shortest`: the least time of its rise; `least`: the least total time.
+    `guess`: an estimate of the change; `shortest`: the least time of its rise [s]; `least`: the least total time [s].
     """
 
     def total(change: Change) -> float:
@@ -265,7 +272,9 @@ def _quickest(bounds: Bounds) -> float | None:
 
 
 def _possible(total: Callable[[Change], float], guess: Change, shortest: float) -> Change:
-    """Return a possible change: the guess, or longer and longer ones, with long ramps or with the shortest rise."""
+    """Return a change with which the motion is possible: the guess, or longer and longer changes, each also with the
+    shortest rise and with a long rise. Raises NoTimes.
+    """
     change = guess
     for _ in range(DOUBLINGS):
         for rise in (change.rise, max(1.02 * shortest, 1e-3), 2.0 * guess.fall):
@@ -281,8 +290,8 @@ _DIRECTIONS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (-1, 1, -1), (1, -1, 
 
 
 def _downhill(total: Callable[[Change], float], start: Change, shortest: float) -> Change:
-    """Go from a possible change downhill to (nearly) the least total time, with ever smaller steps in each
-    direction.
+    """Reduce the total time, from a possible change to (nearly) the minimum, with ever smaller steps in each of the
+    search directions.
     """
     best, best_total, tries = start, total(start), 0
     step = FIRST_STEP * max(start.lasts, 0.05)
@@ -327,7 +336,7 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
         return None
     if u == 0.0:
         return Course(change, 0.0, NONE)
-    u = max(u / MARGIN, 0.5 * (bounds.low + u))  # a u with room for rounding on both sides
+    u = max(u / MARGIN, 0.5 * (bounds.low + u))  # leave a margin for rounding on both sides of u
     if _total(bounds, change, u) < least:
         u = _slower(lambda slow_u: _total(bounds, change, slow_u), bounds.low * (1.0 + BLEND_ROOM * u), u, least)
     slow = ramps(bounds.by_acceleration * u, bounds.by_jerk * u)
@@ -335,9 +344,9 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
     return course if bounds.low * course.reach <= 1.0 + SAME_QUOTIENT else None
 
 
-STOP_FACTOR = 1.02  # ratio of neighbouring trial times: the likely time of a stop times powers of this ratio
-STOP_POWERS = (-150, 150)  # the range of the powers, from short to long
-STOP_RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # fractions of the last ramp, tried as the first ramp
+STOP_FACTOR = 1.02  # stops are tried whose times are the estimated times multiplied by powers of this ratio
+STOP_POWERS = (-150, 150)  # range of these powers, from short times to long ones
+STOP_RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # durations tried for the first ramp of a stop, as fractions of its last ramp
 
 
 def joint_motion(
@@ -359,14 +368,14 @@ def joint_motion(
 def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, least: float = 0.0) -> list[ToolStretch]:
     """Plan the straight-line motion to rest at T_robot_tool `target`; empty if the tool is there already.
 
-    Raises NoTimes if the state at the start allows none.
+    Raises NoTimes if the state at the start allows no such motion.
     """
     line = _ToolMotion(state, target, limits)
     return list(line.stretches(line.course(least)))
 
 
 def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
-    """Plan the stretches that bring the tool to rest about as soon as possible, on the line that it moves on. Raises
+    """Plan the stretches that bring the tool to rest about as soon as possible, along its current line. Raises
     NoTimes.
     """
     line = _ToolMotion(state, state.pose, limits)
@@ -375,8 +384,8 @@ def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
 
 
 class _ToolMotion(ToolMotion):
-    """A line whose present spin decays as one turn about its axis and, if the spin's rate has another direction, a
-    second turn about a perpendicular axis.
+    """A line of the tool whose current spin decays as a turn about the axis of the spin and, if the spin's rate has
+    another direction, as a second turn about a perpendicular axis.
     """
 
     def __init__(self, state: ToolState, target: Transform, limits: ToolLimits) -> None:
@@ -407,9 +416,10 @@ class _ToolMotion(ToolMotion):
         return search(self._demands, guess, settling, least)
 
     def stop(self) -> Change:
-        """Return the shortest times found in which velocity and spin end, with their accelerations. Raises NoTimes.
+        """Return the shortest change found that brings the tip and the rotation to rest. Raises NoTimes.
 
-        The first ramp is tried as several parts of the last one: a tool that slows down already needs a short one.
+        Several fractions of the last ramp are tried as the first ramp: a tool that already slows down needs a short
+        first ramp.
         """
         limits, found = self.limits, list[Change]()
         ramp = max(limits.acceleration / limits.jerk, limits.spin_acceleration / limits.spin_jerk)
@@ -427,8 +437,8 @@ class _ToolMotion(ToolMotion):
         return min(found, key=lambda change: change.lasts)
 
     def _demands(self, change: Change) -> Bounds:
-        """Return the bounds of position and rotation together; the decaying spin and the new turn share the angular
-        limits.
+        """Return the bounds that position and rotation set together; the decaying spin and the new turn share the
+        angular limits.
         """
         _, angle = self.turn(change)
         return both(
@@ -438,7 +448,7 @@ class _ToolMotion(ToolMotion):
 
 
 def spin_turns(spin: Vector, spin_rate: Vector) -> Iterator[tuple[Vector, float, float]]:
-    """Yield the turns by which a spin decays: axis, speed and acceleration at the start."""
+    """Yield the turns by which a spin (angular velocity) decays: axis, speed and acceleration at the start."""
     size = length(spin)
     axis = scaled_vector(spin, 1.0 / size) if size > NEGLIGIBLE else (0.0, 0.0, 0.0)
     along = dot(spin_rate, axis)

@@ -3,17 +3,17 @@
 A joint changes its velocity to v1, cruises, and slows down to rest, at constant jerks. The distance that it covers in a
 time T,
 
-    x(v1) = distance of both changes + v1 (T - time of both changes),    dx/dv1 = cruise + (fall + ramp) / 2 > 0,
+x(v1) = distance of both changes + v1 (T - time of both changes), dx/dv1 = cruise + (fall + ramp) / 2 > 0,
 
-grows with v1, so Newton's rule finds the v1 with the right distance. `fall` is the end of the first change, in which
+grows with v1, so Newton's method finds the v1 with the right distance. `fall` is the end of the first change, in which
 the acceleration goes to zero, `ramp` the start of the second. So a joint never exceeds its velocity limit, unless its
 state at the start forces it to. If a joint slows down already, and its goal is a little farther than its quickest stop,
-a cruise without acceleration takes too long; the joint then brakes less, in one change. (All cases, in closed form:
-Berscheid and Kroeger, Jerk-limited Real-time Trajectory Generation with Arbitrary Target States, 2021.)
+a cruise without acceleration takes too long; the joint then brakes less, in a single change. (All cases, in closed
+form: Berscheid and Kroeger, Jerk-limited Real-time Trajectory Generation with Arbitrary Target States, 2021.)
 
-The instants between phases are real numbers, the instants between segments lie on the time grid. Each segment goes on
-from the nearest instant of the grid, on the cubic of its phase itself. So jerks stay unchanged, position and velocity
-are continuous except for rounding, and the acceleration jumps by at most the jerk times 0.5 ns.
+The instants between phases are real numbers, the instants between segments lie on the time grid. Each segment continues
+the cubic of its phase from the nearest instant of the grid. So jerks stay unchanged, position and velocity are
+continuous except for rounding, and the acceleration jumps by at most the jerk times 0.5 ns.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from vrs_cli.trajectory.laws.scurve_steering import MIN_PIECE_S, common_stretche
 from vrs_cli.trajectory.segment import Path, Phase
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState
 
-SAME_WAY = 1e-12  # [rad, m] a smaller remaining distance does not count
-# [s] tolerance of the total time of all phases, less than half an instant of the grid
+SAME_WAY = 1e-12  # [rad, m] a smaller error of the distance counts as 0
+# [s] tolerance of the total time of all phases: less than half a step of the time grid
 TIME_TOLERANCE = 0.4 * TICK
 NEWTON_STEPS = 15  # maximum number of Newton steps; five are usual
 SEARCH_STEPS = 60  # maximum number of steps of other searches
-MIN_BRAKING = 1e-3  # minimum braking, as a fraction of the acceleration limit
+MIN_BRAKING = 1e-3  # weakest braking that is tried, as a fraction of the acceleration limit
 MAX_RAISES = 20  # maximum number of attempts to find the time in which all joints arrive
 
 _new = tuple.__new__
 
 
 class Joint(NamedTuple):
-    """One joint: the remaining distance, the present velocity and acceleration, and the limits."""
+    """One joint: its remaining distance, its current velocity and acceleration, and its limits."""
 
     way: float
     velocity: float
@@ -69,9 +69,10 @@ class Phases(NamedTuple):
 
 
 def together(joints: Sequence[Joint], least: float = 0.0) -> tuple[float, list[Phases]]:
-    """Return how long it takes until all joints arrive, at least `least` [s], and the phases of each.
+    """Return how long it takes until all joints arrive, at least `least` [s], and the phases of each joint.
 
-    A joint uses the instants of the slowest joint if possible, which gives fewer segments. Raises NoTimes.
+    If possible, a joint changes its phases at the same instants as the slowest joint, which gives fewer segments.
+    Raises NoTimes.
     """
     slowest = max(joints, key=_likely_time)
     alone, quick = _soonest_in_two(slowest)
@@ -91,7 +92,7 @@ def together(joints: Sequence[Joint], least: float = 0.0) -> tuple[float, list[P
 
 
 def _likely_time(joint: Joint) -> float:
-    """Estimate how long a joint takes alone [s], if it stops first and then moves to its target."""
+    """Estimate how long a joint takes [s] if it first stops and then moves to its target."""
     way, v, _, v_max, a_max, jerk = joint
     stop = abs(v) / a_max
     left = abs(way - 0.5 * v * stop)
@@ -133,8 +134,9 @@ def phases(joint: Joint, v1: float, a_max: float) -> Phases:
 
 
 def _arriving(joint: Joint, whole: float) -> Phases | float:
-    """Return the phases with which a joint arrives in a given time [s]; if that is impossible, the next possible
-    time."""
+    """Return the phases with which a joint arrives in a given time [s]; if that is impossible, the next possible time
+    [s].
+    """
     found = _in_two(joint, whole, joint.max_velocity)
     if _arrives(joint, found, whole):
         return found
@@ -210,7 +212,7 @@ def _soonest_in_two(joint: Joint) -> tuple[float, Phases]:
 
 
 def _root(f: Callable[[float], float], low: float, high: float) -> float:
-    """Return the zero of f, which is not above 0 at `low` and not below 0 at `high` (regula falsi, Illinois)."""
+    """Return the zero of f, which is at most 0 at `low` and at least 0 at `high` (regula falsi, Illinois variant)."""
     below, above, side = f(low), f(high), 0
     x = low
     for _ in range(SEARCH_STEPS):
@@ -228,8 +230,9 @@ def _root(f: Callable[[float], float], low: float, high: float) -> float:
 
 
 def _past(joint: Joint, v1: float) -> float:
-    """Return the distance by which a joint overshoots its target if it changes to velocity v1 and then slows down at
-    once."""
+    """Return the distance by which a joint passes its target if it changes to velocity v1 and then slows down without a
+    cruise.
+    """
     return phases(joint, v1, joint.max_acceleration).way - joint.way
 
 
@@ -237,10 +240,10 @@ def _past(joint: Joint, v1: float) -> float:
 
 
 def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phases | float:
-    """Return the phases of one change that lasts `whole` [s]; if that is impossible, the minimum time of such a change
-    or `otherwise`.
+    """Return the phases of a single change that lasts `whole` [s]; if that is impossible, the minimum time of such a
+    change, or `otherwise`.
 
-    `otherwise`: the time that the joint takes with the phases `quick`.
+    `otherwise`: the time that the joint takes with the phases `quick` [s].
     """
     weak = _weakest(joint, otherwise, quick)
     if not weak:
@@ -249,7 +252,7 @@ def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phas
     if quickest.lasts >= whole:
         return quickest if quickest.lasts <= whole + TIME_TOLERANCE else quickest.lasts
     sign, strong = 1.0 if quick.cruising > 0.0 else -1.0, joint.max_acceleration
-    for _ in range(SEARCH_STEPS):  # a joint that brakes more at first arrives later
+    for _ in range(SEARCH_STEPS):  # bisection: a joint that brakes harder at first arrives later
         level = 0.5 * (weak + strong)
         found = _change(joint, -sign * level)
         if abs(found.lasts - whole) <= MIN_PIECE_S:
@@ -260,10 +263,12 @@ def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phas
 
 def _weakest(joint: Joint, otherwise: float, quick: Phases) -> float:
     """Return the deceleration with which the quickest stop ends on the target; 0 if this stop takes at least
-    `otherwise` seconds."""
+    `otherwise` [s].
+    """
     way, v, a, _, a_max, jerk = joint
     sign = 1.0 if quick.cruising > 0.0 else -1.0
-    if sign * (v + 0.5 * a * abs(a) / jerk) <= abs(quick.cruising):  # it reaches that velocity without braking
+    # the joint reaches the cruise velocity without braking
+    if sign * (v + 0.5 * a * abs(a) / jerk) <= abs(quick.cruising):
         return 0.0
     weak = strong = a_max
     while sign * (phases(joint, 0.0, weak).way - way) < 0.0:
@@ -275,11 +280,11 @@ def _weakest(joint: Joint, otherwise: float, quick: Phases) -> float:
 
 
 def _change(joint: Joint, level: float) -> Phases:
-    """Return the phases of one change to rest on the target that holds a deceleration. The phases last forever if there
-    is no such change.
+    """Return the phases of a single change that holds the acceleration `level` and comes to rest on the target. Their
+    duration is infinite if there is no such change.
 
-    With w the velocity and D the distance that remain after the rise, W = w / level: hold = W - s,  fall = 2 s,  s^2 =
-    6 D / level - 3 W^2.
+    With w the velocity and D the distance that remain after the rise, W = w / level: hold = W - s, fall = 2 s, s^2 = 6
+    D / level - 3 W^2.
     """
     way, v, a, _, _, jerk = joint
     rise = abs(level - a) / jerk
@@ -295,8 +300,8 @@ def _change(joint: Joint, level: float) -> Phases:
 
 
 def _at_pace(joint: Joint, pace: Phases, whole: float) -> Phases | None:
-    """Return the phases of a joint that change at the instants of another joint; None if such phases exceed the joint's
-    limits.
+    """Return the phases of a joint that change at the same instants as the phases `pace` of another joint; None if they
+    exceed the joint's limits.
     """
     way, v0, a0, v_max, a_max, jerk = joint
     rise, hold, fall, _, _, ramp, keep, lasts, _ = pace

@@ -31,7 +31,8 @@ from vrs_cli.values.commands import Motion
 
 RESPONSE_TICKS = 4.0  # number of ticks in which an error is removed: the smallest number without an overshoot
 APPROACH_PART = 0.25  # fraction of acceleration and jerk used to approach a target
-STOPPING_PART = 0.8  # fraction of acceleration and jerk used to stop; the remainder allows for whole ticks
+# fraction of acceleration and jerk used to stop; the rest is a margin, because jerks change only at ticks
+STOPPING_PART = 0.8
 HALVINGS = 24
 CUBIC = 3  # degree of a path of constant jerk
 MIN_PIECE_S = 1e-10  # minimum duration of a piece [s]; shorter pieces are left out
@@ -40,7 +41,7 @@ MIN_PIECE_S = 1e-10  # minimum duration of a piece [s]; shorter pieces are left 
 
 
 def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
-    """Return the quickest change to velocity and acceleration zero, in pieces (duration, jerk)."""
+    """Return the quickest change to velocity and acceleration zero, as (duration, jerk) pieces."""
     left = v + 0.5 * a * abs(a) / jerk  # the velocity that is left when the acceleration is 0
     if abs(left) <= NEGLIGIBLE:
         return ((abs(a) / jerk, copysign(jerk, -a)),) if a else ()
@@ -58,7 +59,7 @@ def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces
     sign = copysign(1.0, v)
     v, a = v * sign, a * sign
     ramp = max((a + acceleration) / jerk, 0.0)
-    if v + a * ramp - 0.5 * jerk * ramp * ramp < 0.0:  # it is at rest before it reaches full acceleration
+    if v + a * ramp - 0.5 * jerk * ramp * ramp < 0.0:  # the joint is at rest before it reaches full acceleration
         return (((a + sqrt(a * a + 2.0 * jerk * v)) / jerk, -sign * jerk),)
     v += a * ramp - 0.5 * jerk * ramp * ramp
     pieces = (ramp, -sign * jerk), (v / acceleration, 0.0)
@@ -76,7 +77,7 @@ def farthest(q: float, v: float, a: float, pieces: Pieces) -> tuple[float, float
 
 
 def state_after(q: float, v: float, a: float, s: float, jerk: float) -> tuple[float, float, float]:
-    """Return the state after s seconds at constant jerk."""
+    """Return position, velocity and acceleration after s seconds at constant jerk."""
     return q + s * (v + s * (0.5 * a + s * jerk / 6.0)), v + s * (a + 0.5 * s * jerk), a + s * jerk
 
 
@@ -126,13 +127,15 @@ def _pieces_to_rest(
 def joint_pieces(
     state: JointState, pieces: Sequence[Pieces], slows: float = 0.0
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """Yield the stretches of joints, each with its own pieces until rest, as `common_stretches` does."""
+    """Yield the stretches of joints that each follow their own pieces until rest. `slows`: as for
+    `common_stretches`.
+    """
     rows = zip(state.joints, state.velocity, state.present_acceleration, pieces, strict=True)
     return common_stretches([list(rows_through(*row)) for row in rows], slows)
 
 
 def rows_through(q: float, v: float, a: float, pieces: Pieces) -> Iterator[Row]:
-    """Yield the cubics of a joint that goes through pieces to rest."""
+    """Yield the cubics of a joint that follows the given pieces and ends at rest."""
     t = 0.0
     for duration, jerk in pieces:
         yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * a, jerk / 6.0
@@ -142,8 +145,8 @@ def rows_through(q: float, v: float, a: float, pieces: Pieces) -> Iterator[Row]:
 
 
 def common_stretches(ways: Sequence[Sequence[Row]], slows: float) -> Iterator[tuple[float, Phase, JointPath]]:
-    """Yield a stretch from each instant of any joint's rows to the next. Stretches that begin before `slows` [s] are
-    not marked as slowing down.
+    """Yield a stretch from each instant at which some joint begins a new cubic to the next such instant. Only stretches
+    that begin at `slows` [s] or later are marked as slowing down.
     """
     instants = sorted({row[0] for way in ways for row in way})
     paths, slowing = zip(*[_column(way, instants) for way in ways], strict=True), round(slows * TICKS_PER_SECOND)
@@ -169,8 +172,8 @@ def _column(way: Sequence[Row], instants: Sequence[int]) -> list[tuple[float, fl
 
 
 class Joint(NamedTuple):
-    """One joint: its state, its target, its limits [rad, rad/s, rad/s2, rad/s3]. `peak`: the velocity that is never
-    exceeded.
+    """One joint: position q, velocity v and acceleration a; position p and velocity w of its target; its limits and
+    range [rad, rad/s, rad/s2, rad/s3]. `peak`: the velocity that is never exceeded.
     """
 
     q: float
@@ -198,8 +201,8 @@ def steer(
 ) -> tuple[Segment, ...]:
     """Plan a tick [s] towards the target, on the time grid, then a stop.
 
-    `coming`: the previous plan of each joint from now on, if it consists of cubics. Return no segments if the previous
-    plan is needed but unknown.
+    `coming`: returns the previous plan of each joint from now on, if it consists of cubics. Return no segments if the
+    previous plan is needed but unknown.
     """
     joints = _joints(state, target, limits)
     jerks = [_jerk(one, tick) for one in joints]
@@ -225,7 +228,7 @@ def replay_steering(
 
 
 def steering_of(segments: Sequence[Segment]) -> Joints | None:
-    """Return the jerks with which `replay_steering` made the segments; None if it did not make them."""
+    """Return the jerks from which `replay_steering` makes these segments; None if it cannot have made them."""
     chase, *after = (segment.path.coefficients for segment in segments if isinstance(segment.path, JointPath))
     if segments[0].phase is not Phase.BLEND or len(chase[0]) != CUBIC + 1:
         return None
@@ -235,8 +238,8 @@ def steering_of(segments: Sequence[Segment]) -> Joints | None:
 
 
 def _jerk_of(row: Polynomial, then: Polynomial, tick: float) -> float | None:
-    """Return the jerk of a joint in a tick, to the bit; `then`: the cubic after the tick. Two different numbers may
-    have the same sixth part.
+    """Return the jerk of a joint in a tick, to the bit. `then`: the cubic after the tick; it decides, since the stored
+    jerk / 6 is the same for several jerks.
     """
     q, v, half, sixth = row
     near = 6.0 * sixth
@@ -284,10 +287,12 @@ def _joints(state: JointState, target: Target, limits: JointLimits) -> list[Join
 
 
 def _jerk(one: Joint, tick: float) -> float | None:
-    """Return the jerk of a tick, as near to what the joint wants as its limits allow; None if no jerk keeps them."""
+    """Return the jerk for a tick: the nearest to what the joint wants that its limits allow; None if no jerk keeps
+    them.
+    """
     least = min(max(-one.j_max, (-one.a_max - one.a) / tick), one.j_max)
     most = max(min(one.j_max, (one.a_max - one.a) / tick), -one.j_max)
-    # The acceleration that a joint wants at the end of the tick
+    # the acceleration that the joint wants at the end of the tick leads to the jerk
     error = one.p - one.q
     closing = min(
         abs(error) / (RESPONSE_TICKS * tick),
@@ -319,8 +324,9 @@ def _brakable(way: float, acceleration: float, jerk: float) -> float:
 
 
 def _beyond(one: Joint, jerk: float, tick: float) -> int:
-    """Return 1 if a tick with this jerk makes a joint too fast upwards or leaves it too little room to stop there, -1
-    if downwards, 0 if neither."""
+    """Return 1 if a tick with this jerk makes a joint too fast in the positive direction or leaves it too little room
+    to stop there, -1 in the negative direction, 0 if neither.
+    """
     q, v, a = one.q, one.v, one.a
     _, v1, a1 = state_after(q, v, a, tick, jerk)
     turning = v - 0.5 * a * a / jerk if a * a1 < 0.0 else v  # the velocity where the acceleration changes its sign
@@ -339,8 +345,9 @@ def _beyond(one: Joint, jerk: float, tick: float) -> int:
 
 
 def _velocity_bound(one: Joint, v: float, a: float) -> float:
-    """Return the maximum velocity: the requested limit, or a higher velocity that the present acceleration leads to
-    anyway."""
+    """Return the maximum velocity: the requested limit, or a higher velocity that the current acceleration leads to
+    anyway.
+    """
     coming = v + 0.5 * a * a / (STOPPING_PART * one.j_max) if a > 0.0 else v
     return max(min(max(one.v_max, coming), one.peak), v)
 
@@ -352,21 +359,21 @@ def _tick_and_stop(
     state: JointState, steady: Sequence[tuple[Joint, float]], tick: float
 ) -> Iterator[tuple[float, Phase, Path]]:
     """Plan a tick with the jerk of each joint, then a stop: all joints together if there is enough room, else each
-    joint alone.
+    joint on its own.
     """
     together = _together(steady, tick)
     return iter(together) if together else joint_pieces(state, [_pieces(*one, tick) for one in steady], tick)
 
 
 def _pieces(one: Joint, jerk: float, tick: float) -> Pieces:
-    """Return the pieces of one joint alone: the tick, then a stop."""
+    """Return the pieces of a joint that stops on its own: the tick, then the stop."""
     _, v1, a1 = state_after(one.q, one.v, one.a, tick, jerk)
     return (tick, jerk), *stop(v1, a1, STOPPING_PART * one.a_max, STOPPING_PART * one.j_max)
 
 
 def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[float, Phase, Path]]:
-    """Plan the tick, then all joints lose their accelerations, coast, and come to rest together. Return no stretches if
-    there is not enough room.
+    """Plan the tick, then a common stop: all joints reduce their accelerations to zero, coast, and come to rest
+    together. Return no stretches if there is not enough room.
     """
     joints = [one for one, _ in steady]
     after = [state_after(one.q, one.v, one.a, tick, jerk) for one, jerk in steady]
@@ -391,7 +398,7 @@ def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[
 
 
 def _slowing(joints: Sequence[Joint], velocities: Sequence[float]) -> Change:
-    """Return the times in which joints with these velocities come to rest together."""
+    """Return the times of the change in which joints with these velocities come to rest together."""
     by_acceleration = max(abs(v) / one.a_max for one, v in zip(joints, velocities, strict=True))
     by_jerk = max(abs(v) / one.j_max for one, v in zip(joints, velocities, strict=True))
     return ramps(by_acceleration / STOPPING_PART, by_jerk / STOPPING_PART)
