@@ -93,7 +93,7 @@ def changed_stages(before: Course, after: Course, since: float, shift: float) ->
     for begin, end in pairwise([since, *begins, timeline.end]):
         for stage in stages(timeline, course, begin, end) if end > begin else ():
             found = list(stages(*before, stage.begin - shift, stage.end - shift))
-            was = [one for one in found if one.end - one.begin > SAME] or found  # without stages caused by rounding
+            was = [one for one in found if one.end - one.begin > SAME] or found  # drop zero-length stages (rounding)
             parts = frozenset(name for one in was for name in _other_parts(one, stage))
             hand = any(
                 not _same_rows(zip(*one.hand, strict=True), zip(*stage.hand, strict=True), shift=shift) for one in was
@@ -137,8 +137,8 @@ def _same_place(T: Transform | None, U: Transform | None) -> bool:
 
 
 def _taken_after(held_at: Sequence[str | None], graspable: str | None) -> list[str | None]:
-    """Return, for each entry of `held_at`, the next part that the hand takes after it. `graspable`: the part taken
-    after the last entry."""
+    """Return, for each entry of `held_at` except the last, the next part that the hand holds after it. `graspable`: the
+    part that it takes after the last entry."""
     taken = [graspable]
     for held in reversed(held_at[1:]):
         taken.append(held or taken[-1])

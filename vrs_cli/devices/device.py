@@ -156,7 +156,7 @@ def check_known(device: str) -> None:
         raise errors.DeviceNotReady(f"the device {device}", f"there are DISK, {TCP} and {SERIAL}1")
 
 
-FULL = 65536  # number of sent bytes, not known to have left, above which the program waits
+FULL = 65536  # [bytes] a program waits before it writes while more than this may still be unsent
 CONFIRM_BYTES = 8192  # number of read bytes that are confirmed together
 CLOSE_CONNECTION, HANDLE = 600, 2  # number of the FCMND that closes a connection; bytes of its handle (V+ programs)
 END_OF_LINE = "\r\n"  # end of a written line

@@ -51,11 +51,11 @@ MISTRUST = {  # hints for certificate errors, by OpenSSL's error number (openssl
 }
 UNREACHED = (OSError, WebSocketException, EOFError, UnicodeError, ImportError)  # errors of a failed connection
 MAX_REASON_CHARS = 100  # maximum number of characters shown of a server's reason for refusing a connection
-FIRST_WAIT_S, MAX_WAIT_S = 0.1, 10.0  # unit of the waits between attempts, and the maximum wait [s]
+FIRST_WAIT_S, MAX_WAIT_S = 0.1, 10.0  # [s] the maximum wait is FIRST_WAIT_S * 2**attempt, at most MAX_WAIT_S
 
 
 def waits(attempt: int, random: Random) -> float:
-    """Return a random time to wait after failed attempt number `attempt` [s], counted from 1. Its maximum doubles with
+    """Return a random time to wait after failed attempt number `attempt`, counted from 1 [s]. Its maximum doubles with
     each attempt, up to MAX_WAIT_S."""
     return random.uniform(0.0, min(MAX_WAIT_S, FIRST_WAIT_S * 2.0 ** min(attempt, 30)))
 
@@ -234,15 +234,15 @@ class Client:
                 self.begin(messages.Subscribe, lambda _end: None)
 
     async def measure(self) -> None:
-        """Follow the reports of the robot's body, from the beginning of the window of the timeline on. Do nothing if
-        the client does not follow the timeline. Raises RequestRefused."""
+        """Follow the reports of the robot's body, from the start of the timeline's window on. Do nothing if the client
+        does not follow the timeline. Raises RequestRefused."""
         followed, mirror = self.far.connection.subscription, self.far.mirror
         if self.measures or followed is None or mirror is None:
             return
         self.measures, begin = True, max(mirror.now - mirror.window, -1.0)
         try:
             await self.ask(lambda id: structs.replace(followed, id=id, after=mirror.seq, measured=True))
-            self.far.unmeasured = min(self.far.unmeasured, begin)  # set after the answer, so that `_see` does not fetch
+            self.far.unmeasured = min(self.far.unmeasured, begin)  # set only now, so that `_see` does not fetch too
             await self._recall_measured()
         except RequestRefused:
             self.measures = False

@@ -59,7 +59,7 @@ class ClientSocket(Protocol):
 
     @property
     def sink(self) -> Sink:
-        """The receiver of broadcast messages."""
+        """Return the receiver of broadcast messages."""
 
     def flush(self) -> None:
         """Send the waiting frames of the connection; close the socket if the connection is closing."""
@@ -177,7 +177,7 @@ class ClientSession(UserSession):
             self.link.connection.send(message, self._wall())
 
     def send(self, message: messages.ServerMessage) -> None:
-        """Send a message; a numbered one arrives even after a cut."""
+        """Send a message; a numbered message arrives even after a cut."""
         self.tell(message) if isinstance(message, messages.Numbered) else self.say(message)
 
     def leave(self) -> None:
@@ -216,7 +216,7 @@ class ClientSession(UserSession):
                 self._watch(message)
             case messages.Window(id, begin, end):
                 stream = self._robot.broadcast.stream
-                # encoded now, because a later change would make it outdated
+                # encode the part now, because a later change would make it outdated
                 part = stream.part(begin, end, None if self._listener is None else self._listener.form.joints)
                 self.say(messages.Shown(id, part, stream.number, part.segments[0].start))
             case messages.Who(id):

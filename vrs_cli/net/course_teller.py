@@ -49,7 +49,8 @@ _one_at_a_time = Lock()  # held during a step: of all robots in this process, on
 
 
 class Cut(NamedTuple):
-    """The first time [s] at which a change of the timeline alters the course, and the first for the contacts."""
+    """The effect of a change of the timeline: the first time at which it alters the course, and the first at which it
+    alters the contacts [s]; infinity: never."""
 
     course: float = inf
     contacts: float = inf

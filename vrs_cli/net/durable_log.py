@@ -93,7 +93,7 @@ class DurableLog:
             yield from self._memory.prepare()
 
     def check(self) -> None:
-        """Repeat a failed write of the memory. Raises FileError if it fails again."""
+        """Repeat the last write of the memory if it failed. Raises FileError if it fails again."""
         memory = self._memory
         if memory is not None and memory.failing:
             memory.changed = True

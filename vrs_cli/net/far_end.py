@@ -1,6 +1,6 @@
 """The client's side of a served robot, without sockets: a mirror of the robot, its clock, and the open requests. Each
-command is sent at most once, and only by order of its user. If the connection is cut while a command is on its way, its
-end arrives later: the robot executed it, or did not receive it. Only the user may send it again. The clock is an
+command is sent at most once, and only by order of its user. If the connection is cut while a command is on its way, the
+user learns later whether the robot executed or never received it. Only the user may send it again. The clock is an
 argument."""
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ from vrs_cli.wire.reports import ReportRows, reports_of
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
-CATCHING_UP = 2.0  # [s] maximum time that the answer to a command is held back until the change by it arrives
+CATCHING_UP = 2.0  # [s] maximum time that the answer to a command is held back until the command's change arrives
 COMMAND_TIMEOUT_S = 60.0  # [s] time after a cut for which a server remembers the outcome of a command
 REMEMBERED = 600.0  # [s] time for which the flags of wrongly shown times are kept
 HELD_UP = 3.0  # [s] a command that arrives later than a round trip plus this time is refused
 QUIET = 4.0  # [s] a silence this long may be a cut: the robot answers a ping every two seconds
-NEAR = 0.05  # [s] if D_f + D_b is below this, the user sees the effect of a command almost at once
+NEAR = 0.05  # [s] if the round trip D_f + D_b is below this, the user sees the effect of a command almost at once
 FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # number of frequent pings at the start; interval of these, and later [s]
 
 SAME_VRS = "install the same vrs on both"
@@ -52,8 +52,8 @@ Outlet = Callable[[messages.ServerMessage], None]
 
 
 class Ahead(Enum):
-    """How far ahead of the last known state a viewer sees the robot, by the measured delays: D_b shows the present, and
-    D_f + D_b the state in which a command issued now will find the robot."""
+    """How far ahead of the last known state a viewer sees the robot, by the measured delays to the robot (D_f) and back
+    (D_b): D_b shows the present, and D_f + D_b the state in which a command issued now will find the robot."""
 
     PRESENT = "present"
     AUTO = "auto"
@@ -227,7 +227,7 @@ class FarEnd:
                 if message.status is not None:
                     self.status.see(message.status)
                     self._moves_to(message.status.clock)
-                if not message.seq or self._is_seen(message, None):  # id 0: the message was made by this side
+                if not message.seq or self._is_seen(message, None):  # `seq` 0: made by this side
                     self._end(id, message)
                 else:
                     self._ended[id] = message, self._wall() + CATCHING_UP
@@ -403,12 +403,12 @@ class FarEnd:
 
     @property
     def now(self) -> float:
-        """Return the estimated robot's clock [s]; its error is half the difference of D_f and D_b."""
+        """Return the estimated robot's clock [s]. Its error is half the difference of the delays D_f and D_b."""
         return 0.0 if self.mirror is None else self.mirror.now
 
     @property
     def round_trip(self) -> float:
-        """Return the median of the measured D_f + D_b, in seconds of the robot's clock."""
+        """Return the median of the measured round trips D_f + D_b, in seconds of the robot's clock."""
         return (self.rate or 0.0) * self._round_trip
 
     @property
@@ -419,8 +419,8 @@ class FarEnd:
 
     @property
     def heard_time(self) -> float:
-        """Return the time up to which the timeline is certain [s]: the robot's clock D_b ago, when it sent the messages
-        that arrive now. After a cut this time stands still."""
+        """Return the time up to which the timeline is certain [s]: the robot's clock when it sent the messages that
+        arrive now, that is, D_b ago. After a cut this time stands still."""
         if self.mirror is None:
             return 0.0
         return self.mirror.clock.at(min(self._wall(), self._silent_since)) - self.round_trip / 2.0

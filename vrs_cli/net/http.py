@@ -198,7 +198,7 @@ def explanation(address: str, robots: Iterable[str], *, shown: bool, tokens: boo
 
 
 ROBOTS, ENTER, LEAVE = "/robots/", "/enter/", "/leave/"
-LIST = "/robots"  # path of the robots of a token, a list in JSON
+LIST = "/robots"  # path of the list of a token's robots (JSON)
 LEAVING = ("X-Vrs", "leave")  # required header of LEAVE, which only a page of this server can send
 METHOD_CHARS = 8  # length of the longest method name (OPTIONS, CONNECT) with the space after it
 OTHER_METHODS = (b"POST", b"PUT", b"PATCH", b"DELETE", b"OPTIONS", b"TRACE", b"CONNECT")

@@ -167,7 +167,7 @@ class Meter:
 
     def look(self, used: float, now: float) -> LimitReached | None:
         """Return the reason why the programs must stop; None if they may continue. `used`: their total CPU time [s]."""
-        self._bucket.spend(used - self._used, self._looked)  # charged as of the time of the last call
+        self._bucket.spend(used - self._used, self._looked)  # counts as used at the last call
         self._used, self._looked = used, now
         if self._bucket.left(now) >= 0.0:
             return None

@@ -128,12 +128,13 @@ class Subscribe(Request, frozen=True):
     this timeline begins; absent: send all of it. If that is too long for one message, the timeline begins later: then
     `first` of the snapshot is not 0, and the message `window` asks for the rest. `after`: the number of the last change
     that the client has; the server sends only later changes. `rate`: samples per second (0: none), each for the time
-    `ahead` seconds after the robot's clock. A viewer with the delay D_b sees the present with D_b; with D_f + D_b, the
-    state in which a command sent now will find the robot. `console`: also send the output of TYPE of other users'
-    programs. `joints`: also send straight lines as `pieces` in joint space, with at most this error of each joint [rad,
-    m], from 1e-5 to 0.1; the server uses the next lower power of ten. `world`: with `deltas`, also send the positions
-    of parts, the states of sensors and the contacts, as `course` and `contacts`. `measured`: also send new measurements
-    of the robot's body, as `measurements`, at most 20 times a second.
+    `ahead` seconds after the robot's clock. If `ahead` is D_b, the delay of samples, the viewer sees the present; if it
+    is D_f + D_b, with the delay D_f of commands, the state in which a command sent now will find the robot. `console`:
+    also send the output of TYPE of other users' programs. `joints`: also send straight lines as `pieces` in joint
+    space, with at most this error of each joint [rad, m], from 1e-5 to 0.1; the server uses the next lower power of
+    ten. `world`: with `deltas`, also send the positions of parts, the states of sensors and the contacts, as `course`
+    and `contacts`. `measured`: also send new measurements of the robot's body, as `measurements`, at most 20 times a
+    second.
     """
 
     deltas: bool = False

@@ -4,8 +4,9 @@ While a command is on its way, the user's side plans it as the robot will: it ap
 timeline, at the expected time of arrival. The planned change is unconfirmed until the robot's own change has arrived. A
 viewer shows g (the position at a time of the timeline) at the present, or `ahead` of it.
 
-A change of the timeline becomes known here some time after the robot has applied it. Viewers who during this delay saw
-times after the cut of the change saw a wrong motion. `Flags` keeps these times.
+A change of the timeline becomes known here some time after the robot has applied it. During this delay, viewers see a
+wrong motion for all times after the cut (the time from which on the change replaces the timeline). `Flags` keeps these
+times.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ class Preview:
         self.forward, self._followed = forward, followed
         self._engine = Engine(followed.arm.model, clock=_ArrivalClock())
         self._underway: dict[int, Underway] = {}  # commands by id, in the order of sending
-        self._told = self._settings = followed.settings  # settings that the robot sent; and after confirmed commands
+        self._told = self._settings = followed.settings  # from the robot; and after confirmed commands
         self._plan = self._planned_after(followed.timeline)
         self._stale, self._lock = False, Lock()
 

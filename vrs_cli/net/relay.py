@@ -62,8 +62,9 @@ class PreviewMessage(ServerMessage, frozen=True, tag="preview"):
 
     The predicted timeline is the timeline after change `number`, changed by all `deltas`. `since_heard`: only the past
     is confirmed, because the tool is being dragged. `flagged`: time intervals for which a wrong motion was shown, in
-    order [s]. `round_trip`: D_f + D_b in seconds of the robot's clock. `ahead`: how far ahead of the last known state
-    the robot is shown: `present`, `auto`, or a time [s]. `near`: the delays are too short to matter.
+    order [s]. `round_trip`: the delay to the robot and back, in seconds of the robot's clock. `ahead`: how far ahead of
+    the last known state the robot is shown: `present`, `auto`, or a time [s]. `near`: the delays are too short to
+    matter.
     """
 
     number: int

@@ -104,7 +104,7 @@ class Room(ServedRobot):
     # --- its users ---
 
     def enter(self, grant: Grant, hello: messages.Hello, link: ClientSocket) -> ClientSession:
-        """Add a user, or take back one whose connection was cut; welcome the connection."""
+        """Add a user, or resume a user whose connection was cut; send the welcome. Return the client session."""
         client = None if hello.resume is None else self._delivery_logs.get(hello.resume.connection)
         came = client is None or client.grant != grant  # only a client with the same token may resume
         if client is None or came:
@@ -129,7 +129,7 @@ class Room(ServedRobot):
         return client
 
     def _new(self, grant: Grant, hello: messages.Hello) -> ClientSession:
-        """Add a client, with a name that no other has."""
+        """Add a client with a unique name; return it."""
         wanted = grant.name or hello.name or "guest"
         name = wanted = "".join(character if character.isprintable() else "?" for character in wanted)[:40]
         number = 1
@@ -224,7 +224,7 @@ class Room(ServedRobot):
         )
 
     def _charge(self, user_state: object, ticket: Ticket[Any], seconds: float) -> None:
-        """Charge a user the CPU time [s] of a request. In any thread."""
+        """Charge a user the CPU time of a request [s]. Any thread may call this method."""
         if (client := self._user_states.get(user_state)) is not None:
             client.spend(seconds, typing=client.types(ticket))
 

@@ -66,7 +66,7 @@ class ServedBody:
     # --- messages of clients ---
 
     def embody(self, name: str, message: messages.Embody) -> messages.Embodied:
-        """Make the client `name` the body, or end its being the body. Raises RequestRefused if another client is the
+        """Make the client `name` the body, or release it from this role. Raises RequestRefused if another client is the
         body."""
         body = self.body
         if not message.held:
@@ -127,14 +127,14 @@ class ServedBody:
 MEASURED_SECONDS = 3600.0  # [s] time for which reports stay in memory; the journal keeps all reports
 SIZE_CHECK_S = 0.1  # [s] time between two checks of a robot's size, which are slow for a large robot
 LATELY = 1.0  # [s] time after a request during which a user counts as active
-FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # allowed when a robot is full
+FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # allowed if a robot is full
 
 
 LeaseStep = tuple[RobotLease, tuple[Notice, ...]]  # the new lease, and the notices for users
 
 
 class WhenGone(Enum):
-    """What happens to a running program when its driver disconnects."""
+    """The action on a running program when its driver disconnects."""
 
     GO_ON = "go-on"
     PAUSE = "pause"

@@ -2,7 +2,7 @@
 server reads again when it has changed:
 
     [[token]]
-    name = "ada"                                # the name that other users see, also of the token's own robots
+    name = "ada"                                # shown to other users, and the name of the token's own robots
     sha256 = "9f86d081884c7d65..."              # hash of the token; or token = "the token itself"
     role = "supervisor"                         # observer, designer, supervisor (default), teacher or body
     robots = ["cell1", "cell2"]                 # default: all robots with which the server was started
@@ -47,7 +47,7 @@ ROLES: Mapping[str, Role] = {
     BODY: Role.OBSERVER,
 }
 KEYS = ("name", "token", "sha256", "role", "robots", "expires")
-_TABLE = re.compile(r"^(?=[ \t]*\[\[[ \t]*token[ \t]*\]\])", re.MULTILINE)  # before the first line of a table
+_TABLE = re.compile(r"^(?=[ \t]*\[\[[ \t]*token[ \t]*\]\])", re.MULTILINE)  # position before a [[token]] table
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,39}")
 NAME_RULE = "a letter, then letters, digits, _ . and -, 40 at most"
 GOOD = "see docs/serve.md"
