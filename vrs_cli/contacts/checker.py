@@ -39,11 +39,11 @@ BENT = 1e-4  # [m] maximum error of positions at linearly interpolated joints
 CLOSE = 6e-4  # [m] within this distance of contact, a pair is examined again at the exact joints
 TICK = 5e-4  # [s] minimum step of the search
 LOOK = 5e-3  # [s] time between two samples while the deepest overlap is searched
-MAX_LOOKS = 50  # maximum number of these samples
+MAX_LOOKS = 50  # maximum number of samples for the deepest overlap
 SLOTS = 32  # minimum number of slots for the solids of parts near the arm
 
 Pair = tuple[int, int]  # the numbers of two owners, the smaller number first
-STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))  # used for solids that do not move
+STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))  # the bounds of a solid that does not move
 
 
 class Checker:
@@ -202,7 +202,7 @@ class _Search:
             self.only.add(self.n)
         self.excused = set(excused or ())
         self.pairs: dict[int, _SolidPair] = {}  # pairs of solids by the key of `Physics.near`
-        self.sums: dict[tuple[Bounds, int], list[float]] = {}  # accumulated approach of a solid to a link (bounds) [m]
+        self.sums: dict[tuple[Bounds, int], list[float]] = {}  # accumulated bounds on a solid's approach to a link [m]
         self.held_bounds = STANDS
         self._place(self._room())
         changed = None if excused is None else {checker.number[name] for name in stage.changed}

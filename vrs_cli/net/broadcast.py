@@ -82,7 +82,7 @@ class Listener:
         self.listening: streams.Listening | None = None  # form in which changes are sent; None: no changes are sent
         self.number, self.news = NOTHING, 0
         self.place: streams.DeflatedPlace | None = None
-        self.heard: Heard | None = None  # part of the world's course that was already sent; None: no course
+        self.heard: Heard | None = None  # section of the world's course sent so far; None: not wanted
         self.measured: int | None = None  # number of the next body report to send; None: no reports
         self.channel: Channel | None = None  # the channel of the listener's samples
 
@@ -165,7 +165,8 @@ class Channel:
         return len(turn)
 
 
-STEPS: Mapping[messages.PlayStep, Callable[[Playback, float, float], Playback]] = {  # of playback, value, wall time [s]
+# each function takes the playback, the value in the message, and the wall time [s]
+STEPS: Mapping[messages.PlayStep, Callable[[Playback, float, float], Playback]] = {
     messages.PlayStep.PLAY: lambda it, _, wall: it.play(wall),
     messages.PlayStep.PAUSE: lambda it, _, wall: it.pause(wall),
     messages.PlayStep.REWIND: lambda it, _, wall: it.rewind(wall),
@@ -193,7 +194,7 @@ class Broadcast:
         )
         self._watched, self._wall = watched, wall
         self._everybody = Round()
-        self._hearing: dict[Listener, None] = {}  # listeners that receive the course of the world
+        self._hearing: dict[Listener, None] = {}  # listeners that receive the states of parts and sensors
         self._measuring: dict[Listener, None] = {}  # listeners that receive the reports of the body
         self._gathered = -inf  # wall time [s] of the last batch of body reports
         self._measured_due = inf  # wall time [s] of the next batch of body reports
@@ -269,7 +270,8 @@ class Broadcast:
         listener.listening = listening
 
     def _hear_course(self, listener: Listener, *, wanted: bool) -> None:
-        """Start or stop sending the course of the world to a listener; it starts from the beginning."""
+        """Start or stop sending the course of the world (states of parts and sensors over time) to a listener; the
+        course is sent from its beginning."""
         if self.course is None:
             return
         if listener.heard is not None:

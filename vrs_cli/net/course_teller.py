@@ -73,7 +73,7 @@ NEVER, FROM_THE_BEGIN = Cut(), Cut(-inf, -inf)
 
 
 class Heard(NamedTuple):
-    """The section that was sent to a client: the course before `until`, and contacts from `low` to `high` [s]."""
+    """The section of a course that a client has: all before `until`, and contacts from `low` to `high` [s]."""
 
     until: float = -inf
     low: float = inf
@@ -86,7 +86,7 @@ class Heard(NamedTuple):
 
 
 class Known(Struct, frozen=True):
-    """The computed section of a course: the course before `until`, and contacts from `low` to `high` [s]."""
+    """The computed section of a course: all before `until`, and contacts from `low` to `high` [s]."""
 
     course: WorldCourse
     until: float
@@ -197,8 +197,8 @@ def clip_contacts(touches: Iterable[ContactSpan], begin: float, end: float) -> I
 
 
 class CourseTeller:
-    """Computes the course of one robot for its listeners. The thread of the connections calls all methods except
-    `step`, which another thread calls."""
+    """Computes the course of one robot's world for its listeners. The thread of the connections calls all methods
+    except `step`, which another thread calls."""
 
     def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
         self._computer = CourseComputer(world, now, looks=looks)

@@ -43,7 +43,7 @@ CATCHING_UP = 2.0  # [s] maximum time that the answer to a command is held back 
 COMMAND_TIMEOUT_S = 60.0  # [s] time after a cut for which a server remembers the outcome of a command
 REMEMBERED = 600.0  # [s] time for which the flags of wrongly shown times are kept
 HELD_UP = 3.0  # [s] a command that arrives later than a round trip plus this time is refused
-QUIET = 4.0  # [s] a silence this long may be a cut: the robot answers a ping every two seconds
+QUIET = 4.0  # [s] silence after which the connection may be cut, because the robot answers a ping every two seconds
 NEAR = 0.05  # [s] if the round trip D_f + D_b is below this, the user sees the effect of a command almost at once
 FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # number of frequent pings at the start; interval of these, and later [s]
 

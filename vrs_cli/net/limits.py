@@ -188,7 +188,7 @@ def check_growth(allowance: Allowance, names: int) -> None:
 HIGH_WATER_BYTES = 256 * 1024  # the robot starts to wait for a user when more bytes than this are unsent
 LOW_WATER_BYTES = 64 * 1024  # the robot stops waiting when no more bytes than this are unsent
 MIN_PROGRESS_BYTES = 32 * 1024  # the robot gives up waiting if the user takes fewer bytes than this in SEND_TIMEOUT_S
-SEND_TIMEOUT_S = 5.0  # [s] long, because TCP may take hundreds of KB at once for a slow reader, and then none
+SEND_TIMEOUT_S = 5.0  # [s] not shorter, because TCP takes hundreds of KB at once for a slow reader, then none for long
 
 
 class SendPace:

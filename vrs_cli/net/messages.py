@@ -270,7 +270,7 @@ class Embody(Request, frozen=True):
 class Measured(ClientMessage, ReportRows, frozen=True, kw_only=True):
     """At most 2,000 reports of the body, with rising times. `first`: the number of the first report; the next reports
     have the following numbers. `sent`: the time of sending, on the same clock as `times` [s]. `round_trip`: the
-    shortest measured D_f + D_b [s]. The server sends at most one refusal a second.
+    shortest measured delay to the server and back [s]. The server sends at most one refusal a second.
     """
 
     first: Count

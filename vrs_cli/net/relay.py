@@ -355,12 +355,12 @@ class _Link:
         self, page: PageSocket, robot: RobotSocket, end: RelayedEnd, encoding: Encoding, window: float | None
     ) -> None:
         self._page, self._robot, self._end, self._encoding, self._window = page, robot, end, encoding, window
-        self._wanted = False  # whether the page wants the course of the world
+        self._wanted = False  # whether the page wants the states of parts
         self._woken = asyncio.Event()
         self._course: CourseThread | None = None  # computes the states of parts, for a cell unknown to the server
-        self._shown: Timeline | None = None  # the timeline for which the course is computed
+        self._shown: Timeline | None = None  # the timeline for which `_course` computes
         self._heard = Heard()
-        self._failed: list[Exception] = []  # errors raised in the thread that computes the course of the world
+        self._failed: list[Exception] = []  # errors raised in the thread of `_course`
 
     async def forward(self) -> None:
         """Pass the page's messages on to the robot."""
@@ -396,7 +396,7 @@ class _Link:
             self._woken.set()
 
     async def keep(self) -> None:
-        """Regularly send pings to the robot, and the states of parts (the course of the world) to the page."""
+        """Regularly send pings to the robot, and the states of parts to the page."""
         while True:
             self._end.look()
             await self._send()
@@ -418,7 +418,7 @@ class _Link:
             await self._page.send(encode(news, self._encoding))
 
     async def _tell_course(self) -> None:
-        """Send the page new sections of the course of the world, for a cell unknown to the robot's server."""
+        """Send the page the states of parts that it lacks, for a cell unknown to the robot's server."""
         end = self._end
         if not (self._wanted and end.connection.surrounded) or end.mirror is None or end.mirror.world is None:
             return
@@ -452,6 +452,6 @@ class _Link:
             told, self._heard = self._course.after(self._heard)
 
     def close(self) -> None:
-        """Stop the thread that computes the course of the world."""
+        """Stop the thread that computes the states of parts."""
         if self._course is not None:
             self._course.close()

@@ -355,7 +355,7 @@ class Room(ServedRobot):
         self._withdraw_questions()
         wrong = self._meter.look(session.actor.worked, now)
         if wrong is not None and not session.driver.end_by(wrong):
-            self._call(Session.stop, urgent=True)  # the programs run without a request that waits for their end
+            self._call(Session.stop, urgent=True)  # stops programs that no request waits for
             self.put(partial(self._spread, messages.Told(refusal(wrong, "")), None))
         self._push_status()
         if self.broadcast.course is not None:
