@@ -1,12 +1,13 @@
-"""Check whether a program, or a line of the prompt, can be carried out. All findings are returned, none is raised.
+"""Check whether a program, or a line typed at the prompt, can be carried out. All mistakes are returned as diagnostics,
+none is raised.
 
 The analyzer decides from the use of a bare name whether the name is a real or a transformation, and checks every
-instruction against its row of the tables. `Surroundings` describes what a program finds in memory: variables with a
-value, other programs, and the names to which these programs assign. It is made once for all programs of a file, so that
-checking one program does not search the others again.
+instruction against its row of the word tables. `Surroundings` describes the memory in which a program runs: variables
+with a value, other programs, and the variables to which these programs assign. It is made once for all programs of a
+file, so that checking one program does not search the others again.
 
 The analyzer warns once of a variable that has the name of an instruction or of a function without arguments. It does
-not warn of a variable `dx`, because nobody confuses `dx` with `DX(part)`.
+not warn of a variable `dx`, because the function `DX(part)` always has an argument.
 """
 
 from __future__ import annotations
@@ -82,15 +83,15 @@ from vrs_cli.values.numbers import count
 
 _PLACES = frozenset({Shape.PLACE, Shape.LOCATION})
 
-# up to this number of names, all are compared with a mistyped word; among more names, only those one typing mistake
-# away
+# up to this number of names, compare a mistyped name with all of them; if there are more, compare it only with names
+# that differ by one typing mistake, because the full comparison would be slow
 MAX_COMPARED_NAMES = 200
 
 
 class Surroundings:
-    """The programs and variables that a program finds in memory. `known`: the kinds of variables that have a value;
-    `programs`: the programs in memory, by key; `elsewhere`: the keys of programs in neighbouring files, which may be
-    called too.
+    """The memory in which a program runs. `known`: the kinds (real, string, ...) of the variables that have a value, by
+    key; `programs`: the programs in memory, by key; `elsewhere`: the keys of programs in other files of the folder,
+    which may be called too.
     """
 
     def __init__(
@@ -104,34 +105,35 @@ class Surroundings:
 
     @cached_property
     def given_keys(self) -> frozenset[str]:
-        """Return the keys of all names to which programs assign a value."""
+        """Return the keys of all variables to which the programs in memory assign a value."""
         return frozenset(self._givers)
 
     @cached_property
     def _givers(self) -> Counter[str]:
-        """Count, for each name, the programs that assign a value to it."""
+        """Count the programs that assign a value to a variable, by the variable's key."""
         return Counter(key for program in self.programs.values() for key in names_given_in(program))
 
     def given_elsewhere(self, key: str, program: Program) -> bool:
-        """Return whether another program assigns a value to a name."""
+        """Return whether a program other than `program` assigns a value to the variable with this key."""
         here = self.programs.get(program.key)
         return self._givers[key] > (here is not None and key in names_given_in(here))
 
     def named_elsewhere(self, key: str, program: Program) -> bool:
-        """Return whether another program has a variable with this name."""
+        """Return whether a program other than `program` uses a variable with this key."""
         return any(key in names_in(other) for other in self.programs.values() if other.key != program.key)
 
     # --- hints for mistyped names ---
 
     def name_meant(self, variable: ast.Variable, own: Candidates) -> str:
-        """Return `did you mean name?` with a name of the program or of memory that has the same sigil, or ""."""
+        """Return `did you mean name?` for a mistyped variable, or "". Candidates are `own` (the names in the program)
+        and the variables in memory, if they have the same sigil."""
         near = (*own.of(variable.key), *self._names_alike.of(variable.key))
         return did_you_mean(
             variable.key, (key for key in near if key[0] == variable.key[0] or not (variable.sigil or key[0] in "#$"))
         )
 
     def program_meant(self, name: str) -> str:
-        """Return `did you mean name?` with the name of a program, or ""."""
+        """Return `did you mean name?` for a mistyped program name, or "" if no program in memory has a similar name."""
         return did_you_mean(
             name, [self.programs[key].name for key in self._programs_alike.of(name.lower()[:NAME_LENGTH])]
         )
@@ -146,14 +148,14 @@ class Surroundings:
 
 
 class Candidates:
-    """Names with which a mistyped name is compared."""
+    """A set of names, searched for those that are similar to a mistyped name."""
 
     def __init__(self, names: Collection[str]) -> None:
         self._names = names
 
     def of(self, name: str) -> Collection[str]:
-        """Return the names to compare with: all names if there are few, otherwise the names that differ by one typing
-        mistake."""
+        """Return the names that should be compared with a mistyped name: all if there are few, otherwise those that
+        differ from it by one typing mistake."""
         if len(self._names) <= MAX_COMPARED_NAMES:
             return self._names
         return self.slips(name)
@@ -171,17 +173,17 @@ class Candidates:
 
 
 def _rests(name: str) -> list[str]:
-    """Return a name, and each form of it with one letter removed. Two names that share one of these forms differ by one
-    typing mistake."""
+    """Return a name, and all forms of it with one letter removed. Two names differ by about one typing mistake (a
+    letter added, missing, wrong or swapped with its neighbour) if they have one of these forms in common."""
     return list(dict.fromkeys((name, *(name[:i] + name[i + 1 :] for i in range(len(name))))))
 
 
-# --- the names to which a program assigns a value ----------------------------------------------------------------
+# --- the variables to which a program assigns a value ------------------------------------------------------------
 
 
 def names_given_in(program: Program) -> frozenset[str]:
-    """Return the keys of all variables to which a program assigns a value, directly or through a CALL."""
-    remembered = vars(program)  # cached in the program: a cache in this module would keep deleted programs alive
+    """Return the keys of the global variables to which a program assigns a value, directly or through a CALL."""
+    remembered = vars(program)  # the cache is in the program, because a global cache would keep deleted programs alive
     if "names_given" not in remembered:
         own = {own.key for own in own_variables(program)} | {one.key for one in program.parameters}
         doing = (one for one in program.statements if not declares(one))
@@ -191,17 +193,17 @@ def names_given_in(program: Program) -> frozenset[str]:
 
 def names_in(program: Program) -> frozenset[str]:
     """Return the keys of all variables in the text of a program."""
-    remembered = vars(program)  # cached in the program, as in `names_given_in`
+    remembered = vars(program)  # the cache is in the program, so that it is freed with the program
     if "names" not in remembered:
         remembered["names"] = frozenset(node.key for node in ast.nodes(program.steps) if isinstance(node, ast.Variable))
     return cast("frozenset[str]", remembered["names"])
 
 
 def find_slips(names: NameFindings) -> dict[str, str]:
-    """Return hints, by key, for variables that are assigned but never read.
+    """Return hints, by key, for variables that are assigned but never read and look like mistakes.
 
-    The hint names a variable that is read and differs by one typing mistake (count for cuont), or a location whose
-    coordinate was probably meant (part.z beside part).
+    The hint names a similar variable that is read (count for cuont); or it explains how to set a coordinate, if the
+    name looks like one (part.z where part is a variable).
     """
     seen = names.first_read.keys() | names.declared | names.parameters | names.passed
     idle = [key for key in names.given - seen if len(key) > 2]
@@ -213,8 +215,8 @@ def find_slips(names: NameFindings) -> dict[str, str]:
 
 
 def used_nowhere(program: Program, hints: Mapping[str, str], surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Warn of the first assignment to each name in `hints` (from `find_slips`), unless another program uses the name or
-    the name already has a value."""
+    """Warn of the first assignment to each variable in `hints` (from `find_slips`), unless another program uses the
+    variable or it already has a value."""
     left = {key: hint for key, hint in hints.items() if not surroundings.named_elsewhere(key, program)}
     for statement in program.statements if left else ():
         for variable in definitions(statement) if not isinstance(statement, ast.For) else ():
@@ -223,14 +225,15 @@ def used_nowhere(program: Program, hints: Mapping[str, str], surroundings: Surro
 
 
 def _slip(name: str, other: str) -> bool:
-    """Return whether one of two similar names may be a typing mistake. Pairs such as p1 and p2, or x.min and y.min,
-    count as intended."""
+    """Return whether one of two similar names is probably a typing mistake. Names that differ in a digit (p1 and p2),
+    or in one replaced letter (x.min and y.min), are taken as intended."""
     same = re.findall(r"[\d#$]", name) == re.findall(r"[\d#$]", other)
     return same and (len(name) != len(other) or sorted(name) == sorted(other))
 
 
 def confusions(program: Program, names: NameFindings, surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Yield warnings of names that are easy to confuse, for a program in which the kinds of all names are known."""
+    """Warn of variables that have the name of a function or an instruction. `names`: the analyzed names of the
+    program."""
     keys = FUNCTION_NAMES.keys() & {*names.given, *names.first_read, *names.declared, *names.parameters}
     for node in ast.nodes((program.parameters, program.steps)) if keys else ():
         if isinstance(node, ast.Variable) and node.key in keys:
@@ -268,10 +271,10 @@ def _warning(node: ast.Variable | ast.Call, detail: str, hint: str) -> Diagnosti
     return warning(WordAsName, node.span, detail, hint)
 
 
-# --- misunderstood instructions: DELAY, BREAK, FOPENR, and loops without an end ------------------------------
+# --- misunderstood instructions (DELAY, BREAK, FOPENR), and endless loops ------------------------------------
 
 
-# instructions that may wait
+# instructions after which time may have passed, because they wait or leave the program
 _WAITS = frozenset({"WAIT", "WAIT.EVENT", "CALL", "CALLS", "PAUSE", "RETURN", "STOP", "HALT"})
 
 
@@ -281,7 +284,7 @@ def delays(program: Program) -> Iterator[Diagnostic]:
     for number, statement in enumerate(statements, 1):
         if isinstance(statement, ast.Instruction) and statement.word == "DELAY":
             telling = (one for one in statements[number:] if _shows_time(one) or not _at_once(one))
-            # the output, or the time that the step reads, would show no pause
+            # warn if the next such step shows a text or reads the time, because the user would see that nothing paused
             if (first := next(telling, None)) is not None and _shows_time(first):
                 yield warning(
                     PauseOfArm,
@@ -300,7 +303,8 @@ def _shows_time(statement: Statement) -> bool:
 
 
 def _at_once(statement: Statement) -> bool:
-    """Return whether a step certainly does not move the arm, wait, or leave the sequence of steps."""
+    """Return whether a step is certain to finish in no time and to continue with the next step: it does not move the
+    arm, wait, or jump."""
     if isinstance(statement, ast.Assignment):
         return True
     if not isinstance(statement, ast.Instruction) or statement.word in _WAITS:
@@ -311,8 +315,9 @@ def _at_once(statement: Statement) -> bool:
 
 
 def breaks(program: Program, blocks: Collection[Block]) -> Iterator[Diagnostic]:
-    """Warn of each BREAK that was probably meant to leave a loop: a BREAK at the end of an IF in a loop, with no motion
-    before it in the IF; or, in a program without motions, any BREAK in a loop."""
+    """Warn of each BREAK that was probably meant to leave a loop (in VAL-II it waits for the end of a motion): a BREAK
+    at the end of an IF in a loop, with no motion in this branch of the IF; or any BREAK in a loop of a program without
+    motions."""
     inside = {step for block in blocks if block.kind in LOOPS for step in range(block.opener, block.closer)}
     steps = [step.statement for step in program.steps] if inside else []
     instructions = [(i, it) for i, it in enumerate(steps) if i in inside and isinstance(it, ast.Instruction)]
@@ -361,9 +366,9 @@ def unread_status(program: Program, programs: Iterable[Program]) -> Iterator[Dia
 
 
 def endless(program: Program, blocks: Collection[Block], surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Warn of a loop that cannot end: none of its steps changes a variable of its condition, waits, or jumps out of it.
-    A variable that another program sets, or that this program never sets, may change meanwhile, so it causes no
-    warning."""
+    """Warn of each WHILE or DO loop that cannot end, because none of its steps changes a variable in the condition,
+    waits, or jumps out of the loop. There is no warning if another program sets such a variable, or this program never
+    sets it, because the value may then change during the loop."""
     for block in blocks:
         ends = program.steps[block.closer if block.kind is BlockKind.DO else block.opener].statement
         if isinstance(ends, ast.While | ast.Until):
@@ -386,7 +391,7 @@ def endless(program: Program, blocks: Collection[Block], surroundings: Surroundi
 
 
 def _goes_on(statement: Statement) -> bool:
-    """Return whether a step certainly neither waits nor leaves the loops around it."""
+    """Return whether a step is certain neither to wait nor to leave the loops around it."""
     if isinstance(statement, ast.Goto | ast.IfGoto | ast.BadLine):
         return False
     return not isinstance(statement, ast.Instruction) or not (
@@ -400,11 +405,11 @@ _MAY_MOVE = frozenset({"CALL", "CALLS", "DO", "EXECUTE", "REACT", "REACTI", "OPE
 # --- programs and lines ----------------------------------------------------------------------------------------------
 
 
-# maximum number of names without a value that get a hint: a program without its locations may have hundreds
+# search for a hint for at most this many names without a value, because a program without its locations has hundreds
 MAX_HINTS = 10
 
 
-# instructions that make no sense at the prompt
+# instructions that DO refuses at the prompt, because they need a program around them
 _IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS | {"REACT", "REACTI", "REACTE", "RETURNE", "IGNORE", "LOCK", "RUNSIG"}
 
 
@@ -417,8 +422,8 @@ def analyze(
 
 
 def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
-    """Analyse one of several programs that share the same surroundings. The parser has already reported unreadable
-    lines; a program with such lines cannot be run."""
+    """Analyse one of several programs that share the same surroundings. Lines that do not parse are not reported again,
+    but make the analysis not executable."""
     structure = structure_of(program)
     steps = _Steps(surroundings.known, program, surroundings)
     steps.header(program)
@@ -450,7 +455,8 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
 def check_line(
     line: Statement | ProgramHeader, known: Mapping[str, Kind] | None = None, *, in_program: bool = False
 ) -> tuple[Diagnostic, ...]:
-    """Check a line of the prompt, or (with `in_program`) one step of a program without its block and labels."""
+    """Check a line typed at the prompt or, if `in_program`, one step of a program on its own, without checking blocks
+    and labels. `known`: the kinds of the variables that have a value, by key."""
     steps = _Steps({} if known is None else known)
     if isinstance(line, ProgramHeader):
         steps.header(line)
@@ -465,8 +471,8 @@ _ASSIGNMENT = r"[ \t]*[#$]?[A-Za-z][\w.]*[ \t]*(?:\[[^\]]*\][ \t]*)?=[ \t]*[^=\s
 
 
 def hidden_statement(statement: Statement, comment: str | None, end: int) -> Iterator[Diagnostic]:
-    """Warn of `x = 3; y = 4` and `MOVE a; MOVE b`, where the second statement is only a comment. `end`: the column
-    where the comment ends."""
+    """Warn of `x = 3; y = 4` and `MOVE a; MOVE b`: the second statement is only a comment, because `;` begins one.
+    `end`: the column after the comment."""
     if isinstance(statement, ast.DoInstruction):
         statement = statement.statement or statement
     word = statement.word if isinstance(statement, ast.Instruction) else ""
@@ -489,7 +495,8 @@ _GIVES = rf"(?i)(?:(?:for|set|point|here)[ \t]+({_NAME})|({_NAME})[ \t]*(?:\[[^\
 
 
 def _meant_to_give(line: str) -> Iterable[str]:
-    """Return the names to which an unreadable line seems to assign a value: int x = 5, x := 5, INPUT "how many", x."""
+    """Return the names to which a line that does not parse seems to assign a value, as in int x = 5, x := 5 and
+    INPUT "how many", x."""
     words = re.findall(_NAME, re.sub(r'"[^"]*"?|;.*', " ", line))
     if words and own_word(words[0]) == "PROMPT":
         return words[1:]
@@ -504,8 +511,8 @@ def other_sigil(variable: ast.Variable, known: Container[str]) -> str:
 
 
 class _Steps(Expressions):
-    """A checker of the steps of a program, in one pass. `program` and `surroundings` are None for a line of the
-    prompt."""
+    """A checker of the steps of a program, in one pass. `known`: the kinds of the variables that have a value, by key;
+    `program` and `surroundings` are None for a line typed at the prompt."""
 
     def __init__(
         self, known: Mapping[str, Kind], program: Program | None = None, surroundings: Surroundings | None = None
@@ -513,7 +520,7 @@ class _Steps(Expressions):
         super().__init__(known, () if program is None else program.parameters, at_prompt=program is None)
         self.called: set[str] = set()
         self.compared = []
-        self.truths: set[str] = set()  # variables to which a line assigns a truth value
+        self.truths: set[str] = set()  # keys of the variables to which a step assigns a truth value
         self._program = program
         self._surroundings = surroundings
         self._program_keys = () if surroundings is None else surroundings.programs
@@ -568,7 +575,8 @@ class _Steps(Expressions):
                 self.fault(UndefinedValue, variable.span, variable.sigil + variable.name, hint)
 
     def _explain(self, it: ast.ExplainCommand) -> None:
-        """Check EXPLAIN: its argument must be a motion, or a location if the topic needs one."""
+        """Check EXPLAIN: without a topic its argument is a motion or a location; some topics need a location, others
+        take no argument."""
         asked, row = it.statement, EXPLAINED.get(it.topic)
         end = Span(it.span.line, it.span.end, it.span.end + 1)
         if isinstance(asked, ast.Instruction) and not it.topic:
@@ -590,10 +598,10 @@ class _Steps(Expressions):
             self.fault(CannotInterpret, asked.span, "this is no motion", "EXPLAIN alone lists what there is")
 
     def finish(self, program: Program, around: Surroundings) -> None:
-        """Report the mistakes that can only be found after all steps have been read, such as names without a value."""
+        """Report the mistakes that can only be found after all steps are checked, such as variables without a value."""
         lines = [one.text for one in program.statements if isinstance(one, ast.BadLine)]
         meant = {name.lower()[:NAME_LENGTH] for text in lines for name in _meant_to_give(text)}
-        # an unreadable line may assign the value; so may another program, unless AUTO or LOCAL declares the variable
+        # exclude variables that a line that does not parse may assign, or (if they are global) another program
         nowhere = [
             one
             for one in self.without_value()
@@ -610,7 +618,8 @@ class _Steps(Expressions):
         for variable, relation in self.compared:
             if variable.key in self.truths and not around.given_elsewhere(variable.key, program):
                 givers = [one for one in program.statements if variable.key in variables_given_by(one)]
-                at = {one.span.line for one in givers}  # a = b AND (a == 2) reads the old value of a
+                # the comparison in a = b AND (a == 2) reads the value of a before the assignment, so no warning there
+                at = {one.span.line for one in givers}
                 truths = all(isinstance(one, ast.Assignment) and is_truth(one.value) for one in givers)
                 if truths and relation.span.line not in at:
                     self.truth_compared(variable, relation)
@@ -649,7 +658,7 @@ class _Steps(Expressions):
         self.define(target, wanted)
 
     def _here(self, statement: ast.Assignment) -> None:
-        """Refuse HERE = start, where HERE start is meant, and HERE = TRANS(0, 500)."""
+        """Report HERE = start (the user probably means HERE start), or HERE = TRANS(0, 500)."""
         value, new = statement.value, self._is_new(statement.value)
         hint = f"HERE {expression_text(value) if new else 'p'} keeps the place where the arm stands"
         hint += "" if new else "; SET p = ... gives another place a name"
@@ -660,7 +669,7 @@ class _Steps(Expressions):
             self.value(value, PLACE)
 
     def _is_new(self, value: Expression) -> bool:
-        """Return whether an expression is a variable that no earlier step sets or reads."""
+        """Return whether an expression is a variable that has no value and that no earlier step sets or reads."""
         met = (self.given, self.parameters, self._known, self.first_read)
         return isinstance(value, ast.Variable) and not any(value.key in keys for keys in met)
 
@@ -688,8 +697,8 @@ class _Steps(Expressions):
         self.signal_number(statement.condition)
 
     def _wait(self, statement: ast.Instruction) -> None:
-        """Check WAIT. WAIT 3 waits for a signal, as in VAL, because a constant number would be useless as a
-        condition."""
+        """Check WAIT. In a program without words of V+, WAIT 3 waits for a signal, as in VAL; in V+ a constant
+        condition is probably a mistake."""
         asked = statement.arguments[0] if statement.arguments else None
         of_val = self._program is None or waits_for_signals(self._program)
         number = None if asked is None or not of_val else ast.channel(asked)
@@ -702,7 +711,7 @@ class _Steps(Expressions):
             self.signal_number(asked)
 
     def _set(self, statement: ast.Instruction) -> None:
-        """Check SET: a precision point is set to joints, any other name to a transformation."""
+        """Check SET: a precision point (#name) needs joints as its value, any other name a transformation."""
         target = statement.arguments[0] if statement.arguments else None
         kind = self.kind_of(statement.value) if statement.value is not None else None
         plain = isinstance(statement.value, ast.Number | ast.Variable)
@@ -731,7 +740,8 @@ class _Steps(Expressions):
             self.fault(NotAvailable, statement.span, f"{row.name}: {row.summary}", row.note)
         else:
             self._count(statement, row)
-            if statement.value is not None and row.value is not None:  # the value is read before a variable is defined
+            # check the value before the arguments, because it is evaluated before a variable among them is defined
+            if statement.value is not None and row.value is not None:
                 self._check_operand(statement.value, row.value)
             self._reals(statement.modifiers.at, statement.modifiers.within)
             for place, expression in enumerate(statement.arguments):
@@ -746,7 +756,8 @@ class _Steps(Expressions):
                 _CHECKS[row.name](self, statement)
 
     def _format(self, statement: ast.Instruction, row: Word) -> None:
-        """Warn of TYPE x, /F6.2, because a format applies only to the values after it."""
+        """Warn of TYPE x, /F6.2 (a format applies only to the values after it) and of TYPE /F6,2, x (a comma in place
+        of the decimal point)."""
         last = statement.arguments[-1]
         if isinstance(last, ast.Format) and last.code in "DEFGHIO":
             self.warn(
@@ -755,7 +766,7 @@ class _Steps(Expressions):
                 "no value follows this format",
                 f"a format stands before its value: {row.name} /{last.code}..., x",
             )
-        for form, value in pairwise(statement.arguments):  # TYPE /F6,2, x
+        for form, value in pairwise(statement.arguments):  # find TYPE /F6,2, x
             if (
                 isinstance(form, ast.Format)
                 and isinstance(value, ast.Number)
@@ -776,7 +787,8 @@ class _Steps(Expressions):
             self.warn(OldMeaning, statement.span, detail, hint)
 
     def _name_form(self, expression: Expression, argument: Argument, row: Word) -> None:
-        """Add a hint with the instruction's form to the findings on BASE part and APPRO 50, part."""
+        """If an argument has a wrong kind because arguments are swapped or parentheses missing (APPRO 50, part and
+        BASE part), change the hint to the form of the instruction."""
         last, given = self.diagnostics[-1], self.kind_of(expression)
         wrong = last.code == TypeMismatch.code and last.span == expression.span
         swapped = argument.shape in _PLACES and given is Kind.REAL and len(row.arguments) > 1
@@ -784,7 +796,7 @@ class _Steps(Expressions):
             self.diagnostics[-1] = replace(last, hint=f"the form is {row.form}")
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
-        """Report a missing or an extra argument."""
+        """Report missing and extra arguments of an instruction."""
         end = Span(statement.span.line, statement.span.end, statement.span.end + 1)
         wrong = list(count_mistakes(row.name, statement.arguments, row, end, end))
         if row.value is not None and not row.value.optional and statement.value is None:
@@ -798,7 +810,7 @@ class _Steps(Expressions):
         shape = argument.shape
         if shape is Shape.PROGRAM:
             self._program_name(expression)
-        elif shape is Shape.PROGRAM_TEXT:  # a string names the program, so the program is unknown here
+        elif shape is Shape.PROGRAM_TEXT:  # the value of a string names the program, so its parameters are unknown
             called = (
                 expression if isinstance(expression, ast.Applied) else ast.Applied(expression, (), span=expression.span)
             )
@@ -844,8 +856,8 @@ class _Steps(Expressions):
             self.warn(SpeedInPercent, speed.span, "SPEED takes percent", "half speed is SPEED 50")
 
     def _metres(self, place: ast.Call) -> None:
-        """Warn of TRANS(0.3, 0.45, -0.2), which looks like metres: all coordinates are small and at least two have
-        decimals."""
+        """Warn of TRANS(0.3, 0.45, -0.2), which looks like a position in metres: all coordinates are below 2 and at
+        least two are not whole numbers."""
         given = [abs(ast.plain_number(one) or 0.0) for one in place.arguments[:3]]
         if (
             all(one is None or ast.plain_number(one) is not None for one in place.arguments[:3])
@@ -866,7 +878,8 @@ class _Steps(Expressions):
                 self.value(argument, ANY_KIND)
 
     def _check_call(self, call: ast.ProgramCall) -> None:
-        """Check the number and the kinds of the arguments, if the program is known."""
+        """Check the number and the kinds of the arguments of a CALL if the called program is in memory; otherwise warn
+        that it is not."""
         if self._program is None or self._surroundings is None:
             return
         self.called.add(call.key)

@@ -1,5 +1,5 @@
-"""Check expressions: whether their kinds are allowed at their positions, and whether VAL-II would group the operators
-differently."""
+"""Check expressions: whether each value has a kind (real, string, ...) that is allowed at its position, and whether
+VAL-II would group the operators differently from V+."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ from vrs_cli.language.words.values import INPUTS, INTERNAL, NAME_LENGTH, ON_AND_
 from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usable_names
 from vrs_cli.values.diagnostics import Span, did_you_mean
 
-# conversions and escapes in format strings of C and Python
+# matches conversions and escapes of C and Python strings, which TYPE would print as they are: %d, \n, {x}
 _PRINTF = r"(?<![\d%])%[-+]?\d*(?:\.\d+)?[dfsgiu](?![A-Za-z])|\\[nt]$|^[^\\:]*\\n|\{[A-Za-z]\w*\}"
 FORMAT_CODES = "BCDEFGHINOSUX"
 _STATES = ("ON", "OFF", "TRUE", "FALSE")
@@ -60,10 +60,11 @@ class Expressions(NameFindings):
     """A checker of single expressions."""
 
     _program_keys: Container[str] = ()  # keys of the programs in memory
-    compared: list[tuple[ast.Variable, ast.Binary]]  # variables that are compared with a number
-    _logical = False  # whether the expression has contained NOT, AND, OR or XOR so far
+    # variables that are compared with a number, with the relation, if TRUE and FALSE would give the same result
+    compared: list[tuple[ast.Variable, ast.Binary]]
+    _logical = False  # whether the part of the expression checked so far contains NOT, AND, OR or XOR
 
-    # --- arguments, by their shape ---
+    # --- arguments: one method for each shape (form of argument in the word tables) ---
 
     def _item(self, expression: Expression) -> None:
         if isinstance(expression, ast.Variable):
@@ -90,15 +91,16 @@ class Expressions(NameFindings):
         self.value(expression, REAL)
 
     def _unit(self, expression: Expression) -> None:
-        """Check the number of a logical unit. ATTACH may choose a unit itself and store its number in a variable."""
+        """Check the number of a logical unit. A variable is allowed to have no value, because ATTACH can choose a unit
+        and store its number there."""
         if isinstance(expression, ast.Variable):
             self._define(expression, REAL)
         else:
             self.value(expression, REAL)
 
     def _location_variable(self, expression: Expression) -> None:
-        """Check a location that an instruction defines. In a compound the last name is defined and the other names are
-        read."""
+        """Check a location that an instruction defines. In a compound (a:b:c) only the last name is defined; the others
+        are read."""
         if isinstance(expression, ast.Binary) and expression.operator == ":":
             self.value(expression.left, LOCATION)
             self._define(expression.right, LOCATION)
@@ -110,7 +112,7 @@ class Expressions(NameFindings):
             self.define(variable, wanted)
 
     def _checked_variable(self, expression: Expression) -> ast.Variable | None:
-        """Return the expression if it is a variable that can be assigned; otherwise report it."""
+        """Return the expression if it is a variable; otherwise report that a variable is required, and return None."""
         if isinstance(expression, ast.Variable):
             self.reference(expression)
             return expression
@@ -129,7 +131,7 @@ class Expressions(NameFindings):
             self.value(index, REAL)
 
     def _elements(self, expression: Expression) -> None:
-        """Check an argument that is an array of reals: the whole array, or the element where it begins."""
+        """Check an argument that is an array of reals: the whole array (`a[]`), or the first element to use."""
         if (variable := self._checked_variable(expression)) is not None:
             if variable.indexes is None:
                 self.fault(
@@ -141,12 +143,14 @@ class Expressions(NameFindings):
             self.read(variable, REAL)
 
     def _only(self, expression: Expression, *, kind: type, rule: str) -> None:
-        """Check an argument that is a single token: a label, or a word. `rule`: the message for anything else."""
+        """Check an argument that must be a label or a single word. `kind`: the required class of node; `rule`: the
+        message if the argument is something else."""
         if not isinstance(expression, kind):
             self.fault(CannotInterpret, expression.span, rule)
 
     def _setting(self, expression: Expression) -> None:
-        """Check the value of a parameter. A bare name may be a keyword of the parameter (as for SCURVE)."""
+        """Check the value of a robot parameter. A bare name is not checked, because it may be a keyword of the
+        parameter (SCURVE has keywords)."""
         bare = isinstance(expression, ast.Variable) and expression.indexes is None and not expression.sigil
         if not bare and not isinstance(expression, ast.BareWord):
             self.value(expression, PRINTED)
@@ -158,7 +162,8 @@ class Expressions(NameFindings):
     # --- values ---
 
     def value(self, expression: Expression, wanted: Kinds) -> None:
-        """Check the kind of a whole expression, and warn if VAL-II would group it differently."""
+        """Check the kind of a whole expression, and warn if VAL-II would group its operators differently. `wanted`: the
+        allowed kinds."""
         outer, self._logical = self._logical, False
         self._kind(expression, wanted)
         if self._logical:
@@ -234,8 +239,8 @@ class Expressions(NameFindings):
         return self._operands(expression, REAL, Kind.REAL)
 
     def _warn_of_chain(self, left: ast.Binary, whole: ast.Binary) -> bool:
-        """Warn of 1 < x < 5, which compares the truth value of 1 < x with 5. Return whether the expression has such a
-        chain."""
+        """Warn of 1 < x < 5, which compares the truth value of 1 < x with 5. Return whether `left`, the left operand of
+        the relation `whole`, is a relation."""
         if left.operator in RELATIONS:
             first, middle, last = map(expression_text, (left.left, left.right, whole.right))
             hint = f"{first} {left.operator} {middle} AND {middle} {whole.operator} {last}"
@@ -245,8 +250,9 @@ class Expressions(NameFindings):
         return left.operator in RELATIONS
 
     def _check_comparison(self, relation: ast.Binary) -> None:
-        """Warn of SIG(1) == 1 and SIG(1) > 0, whose results do not depend on the signal. The check at the end of the
-        program decides whether a variable holds a truth value."""
+        """Warn of SIG(1) == 1 and SIG(1) > 0, whose results are the same for TRUE (-1) and FALSE (0). For a variable in
+        place of SIG(1), record the relation: after the last step `_Steps.finish` warns if the variable has only truth
+        values."""
         left, right = ast.plain_number(relation.left), ast.plain_number(relation.right)
         if (left is None) is (right is None):
             return
@@ -279,14 +285,16 @@ class Expressions(NameFindings):
             )
 
     def _operands(self, expression: ast.Binary, wanted: Kinds, result: Kind) -> Kind | None:
-        """Check both operands of an operator. Return the kind of the result, or None if an operand has a wrong kind."""
+        """Check both operands of an operator. Return `result`, the kind of the operation's value, or None if an operand
+        is wrong."""
         found = len(self.diagnostics)
         self._kind(expression.left, wanted)
         self._kind(expression.right, wanted)
         return result if len(self.diagnostics) == found else None
 
     def _of_both(self, expression: ast.Binary) -> Kinds:
-        """Return the kinds that both operands of + or of a relation may have: reals or strings."""
+        """Return the kind that both operands of + or of a relation must have: string if one of them is a string,
+        otherwise real."""
         return STRING if Kind.STRING in (self.kind_of(expression.left), self.kind_of(expression.right)) else REAL
 
     # --- functions ---
@@ -316,26 +324,29 @@ class Expressions(NameFindings):
                 if shape is not Shape.VARIABLE:
                     SHAPES[shape](self, expression)
                 elif (variable := self._checked_variable(expression)) is not None:
-                    self.given.add(variable.key)  # DEFINED and LAST read no value
+                    # DEFINED and LAST do not need a value, so do not report a missing one
+                    self.given.add(variable.key)
         return function.result
 
     def angles(self, word: str, given: Sequence[Expression | None]) -> None:
-        """Warn of angles that are probably given in radians."""
+        """Warn of each angle that is probably in radians, because it contains PI. `word`: the instruction or
+        function."""
         for angle in given:
             if angle is not None and turns_of_pi(angle) > 0:
                 self.warn(
                     AngleUnit, angle.span, f"{word} takes degrees", "half a turn is 180; x * 180 / PI converts radians"
                 )
 
-    # --- kinds that are certain ---
+    # --- the kind of an expression ---
 
     def kind_of(self, expression: Expression) -> Kind | None:
-        """Return the kind of an expression if it is certain, without deciding or reporting anything."""
+        """Return the kind of an expression, or None if it is not known yet. Unlike `value`, this neither decides the
+        kinds of names nor reports mistakes."""
         return kind_of(expression, lambda it: (decided := self._decision(it)) and decided.kind)
 
 
 def is_truth(expression: Expression) -> bool:
-    """Return whether an expression can only be TRUE or FALSE."""
+    """Return whether the value of an expression is always TRUE or FALSE."""
     if isinstance(expression, ast.Call):
         function = FUNCTIONS.get(expression.name)
         return function is not None and (expression.name in _STATES or function.summary.startswith("TRUE where"))
@@ -345,8 +356,8 @@ def is_truth(expression: Expression) -> bool:
 def count_mistakes(
     name: str, given: Sequence[Expression | None], row: WordRow, end: Span, whole: Span
 ) -> list[tuple[Span, str]]:
-    """Return a span and a message for the first missing argument (at the span `end`) and for the first extra
-    argument."""
+    """Return a span and a message for the first missing argument and for the first extra argument. `row`: the row of
+    the word `name` in the tables; `end`, `whole`: the spans after and of the whole call or instruction."""
     found = []
     for at, argument in enumerate(row.arguments):
         if not argument.optional and (at >= len(given) or given[at] is None):
@@ -361,11 +372,12 @@ def count_mistakes(
 
 
 def numbers_meant(row: WordRow, given: Sequence[Expression | None]) -> str:
-    """Return a hint at what MOVE 100, 200, 300 or DELAY 0,5 probably means; "" for other arguments."""
+    """Return a hint at what the user probably meant by bare numbers, as in MOVE 100, 200, 300 or DELAY 0,5; "" if no
+    hint applies."""
     numbers = [one for one in given if one is not None and ast.plain_number(one) is not None]
     texts, shape = [expression_text(number) for number in numbers], row.arguments[0].shape if row.arguments else None
     places = f"a place is TRANS({', '.join(texts)}) or a name, joints are #PPOINT"
-    beyond = 0 < len(row.arguments) < len(given) == len(numbers)  # too many arguments, all of them numbers
+    beyond = 0 < len(row.arguments) < len(given) == len(numbers)  # True for too many arguments that are all numbers
     place = beyond and shape in (Shape.PLACE, Shape.LOCATION)
     glued = len(numbers) == 2 and numbers[1].span.column == numbers[0].span.end + 1
     speed = len(given) == 2 and len(row.arguments) == 1 and shape is Shape.PLACE and numbers == [*given[1:]]
@@ -378,8 +390,8 @@ def numbers_meant(row: WordRow, given: Sequence[Expression | None]) -> str:
 
 
 def turns_of_pi(expression: Expression) -> int:
-    """Return the power of PI in an angle: 1 for PI / 2, which is in radians; 0 for x * 180 / PI, which is in
-    degrees.
+    """Return the exponent of PI as a factor of an angle: 1 for PI / 2 and 1.5708 (an angle in radians), -1 for
+    x * 180 / PI (a conversion to degrees), otherwise 0.
     """
     match expression:
         case ast.Call(name="PI"):
@@ -398,8 +410,8 @@ def turns_of_pi(expression: Expression) -> int:
 
 
 def _part_of_pi(value: float, text: str) -> bool:
-    """Return whether a decimal number equals a common fraction or multiple of PI (such as 1.5708) to the decimals that
-    are written."""
+    """Return whether a decimal number is a common fraction or multiple of PI (such as 1.5708), within one unit of its
+    last digit."""
     decimals = len(text.partition(".")[2])
     return decimals > 2 and any(
         abs(value - pi * part) < 10.0**-decimals for part in (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 1, 3 / 2, 2)
@@ -444,8 +456,8 @@ SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
 
 
 def val_grouping(expression: Expression) -> Iterator[tuple[str, str, Span]]:
-    """Yield each part of an expression that VAL-II groups differently: the text with parentheses as in V+, the text
-    with parentheses as in VAL-II, and the span."""
+    """Yield each part of an expression that VAL-II groups differently from V+, as three items: its text with
+    parentheses that show the grouping of V+, the text with those of VAL-II, and its span."""
     flat = tuple(_flat(expression))
     if any(isinstance(item, Token) and item.value in LOGICAL for item in flat):
         texts = [item if isinstance(item, Token) else expression_text(item) for item in flat]
@@ -460,7 +472,8 @@ def val_grouping(expression: Expression) -> Iterator[tuple[str, str, Span]]:
 
 
 def _flat(expression: Expression, root: bool = True) -> Iterator[Token | Expression]:
-    """Yield the signs and values of an expression in the order of the source."""
+    """Yield the operators and operands of an expression in the order of the source. An operand in parentheses is one
+    item."""
     if not isinstance(expression, ast.Unary | ast.Binary) or (expression.grouped and not root):
         yield expression
         return
@@ -470,7 +483,7 @@ def _flat(expression: Expression, root: bool = True) -> Iterator[Token | Express
     yield from _flat(expression.operand if isinstance(expression, ast.Unary) else expression.right, False)
 
 
-# Print an expression as text with parentheses around it and around each of its parts.
+# These two functions make the text of an operation, for a Grouping that puts parentheses around every operation.
 
 
 def _unary(sign: Token, operand: str) -> str:

@@ -1,5 +1,5 @@
-"""Find the kinds of a program's names: which names are reals or transformations, which are read or set, and which are
-private to the program.
+"""Find out about the names in a program: whether each is a real or a transformation, whether it is read or set, and
+whether it is private to the program.
 
 AUTO creates a set of variables for each activation of a program. LOCAL creates one set for the program, whose values
 are kept between calls. All other variables are global; GLOBAL declares this explicitly. Declarations must precede all
@@ -44,8 +44,8 @@ class BlockKind(Enum):
 
 
 class Block(Struct, frozen=True):
-    """A control structure. Its fields are step indexes, counted from 0. `middles`: the steps ELSE, or VALUE and ANY;
-    `closer`: the step END or UNTIL."""
+    """A control structure. `opener`: the index (from 0) of its first step; `middles`: the indexes of its ELSE, or VALUE
+    and ANY steps; `closer`: the index of its END or UNTIL step."""
 
     kind: BlockKind
     opener: int
@@ -55,13 +55,13 @@ class Block(Struct, frozen=True):
 
 LABELLED: Mapping[str, int] = {
     row.name: len(row.arguments) for row in INSTRUCTIONS.values() if row.form.endswith(" label")
-}  # number of arguments of each instruction whose last argument is a label
+}  # instructions whose last argument is a label, with the number of their arguments
 LOOPS = frozenset({BlockKind.WHILE, BlockKind.DO, BlockKind.FOR})
 
 
 def loops_of(statement: ast.Instruction) -> int:
-    """Return the number of loops that EXIT or NEXT leaves: 1 if no number is given, 0 if it is not a whole number above
-    0."""
+    """Return the number after EXIT or NEXT, which counts loops outward: 1 if it is omitted, 0 if it is not a whole
+    number above 0."""
     given = statement.arguments[0] if statement.arguments else None
     number = 1.0 if given is None else given.value if isinstance(given, ast.Number) else 0.0
     return int(number) if number >= 1 and number.is_integer() else 0
@@ -79,8 +79,8 @@ def label_of(statement: ast.Statement) -> int | None:
 
 
 class Own(Struct, frozen=True, dict=True):
-    """A variable that belongs to the program itself. `automatic`: AUTO declares it; `array`: it is declared as an
-    array, or used as one first."""
+    """A private variable of a program. `automatic`: AUTO declares it (otherwise LOCAL); `array`: it is declared as an
+    array, or the first step that uses it gives it an index."""
 
     variable: ast.Variable
     automatic: bool
@@ -92,13 +92,14 @@ class Own(Struct, frozen=True, dict=True):
 
 
 class Analysis(Struct, frozen=True):
-    """The facts about a program that its text alone determines, and its findings.
+    """The result of analyzing a program.
 
     `kinds`: REAL or LOCATION for each bare name (`Variable.key`), parameters included, whose kind follows from its use.
-    `labels`: the step index of each label. `own`: the variables of AUTO and LOCAL. The findings also depend on other
-    names and programs in memory, which are given by their keys. `needs`: names to which other programs must assign a
-    value. `calls`: the programs that are called. `functions`: functions in this program that may be variables in other
-    programs. `alone`: variables that are reported unless other programs use them.
+    `labels`: the step index of each label. `own`: the variables declared by AUTO and LOCAL. The `diagnostics` also
+    depend on the memory around the program; these fields give the keys of the variables and programs that matter.
+    `needs`: variables that get their values outside the program. `calls`: the programs that it calls. `functions`:
+    functions that it uses and that may be variables in other programs. `alone`: variables with a warning that is
+    dropped if other programs use them.
     """
 
     program: Program
@@ -131,7 +132,7 @@ PLACE: Kinds = frozenset({Kind.LOCATION, Kind.PRECISION})
 PRINTED: Kinds = frozenset({Kind.REAL, Kind.STRING})
 BARE: Kinds = frozenset({Kind.REAL, Kind.LOCATION})  # the kinds of a name without a sigil
 
-# The shapes of arguments that are variables to set, and the kinds that such a variable may have.
+# The kinds that a variable may have as an argument that an instruction sets, by the argument's shape in the tables.
 VARIABLES: Mapping[Shape, Kinds] = {
     Shape.VARIABLE: PRINTED,
     Shape.REAL_VARIABLE: REAL,
@@ -141,7 +142,8 @@ CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.StringConstant: Kind.
 
 
 def kind_of(expression: Expression, of_variable: Callable[[ast.Variable], Kind | None]) -> Kind | None:
-    """Return the kind of an expression, or None if it depends on a variable whose kind `of_variable` does not know."""
+    """Return the kind of an expression, or None if it is unknown. `of_variable`: returns the kind of a variable, or
+    None."""
     match expression:
         case ast.Variable():
             return of_variable(expression)
@@ -165,7 +167,7 @@ _ARTICLES = {
 
 
 _SAMPLES = {Kind.REAL: "x", Kind.STRING: "$s", Kind.LOCATION: "p", Kind.PRECISION: "#p"}
-_EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # hints, by an expression's kind and the required kinds
+_EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # hints, by the kind of an expression and the kinds required there
     (Kind.REAL, STRING): "$ENCODE(NAME) is one",
     (Kind.REAL, PLACE): "TRANS(x, y, z) is one",
     (Kind.REAL, LOCATION): "TRANS(x, y, z) is one",
@@ -179,11 +181,11 @@ _EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # hints, by an expression's kin
 
 
 def with_article(kinds: Collection[Kind]) -> str:
-    """Return kinds in words with their articles: `a transformation or a precision point`."""
+    """Return the names of kinds with their articles, for a message: `a transformation or a precision point`."""
     return " or ".join(_ARTICLES[kind] for kind in Kind if kind in kinds)
 
 
-# --- the variables of AUTO and LOCAL -----------------------------------------------------------------------------
+# --- private variables (declared by AUTO and LOCAL) --------------------------------------------------------------
 
 SORTS: Mapping[str, Kind] = {"REAL": Kind.REAL, "DOUBLE": Kind.REAL, "LOC": Kind.LOCATION}
 
@@ -194,10 +196,7 @@ def declares(statement: ast.Statement | None) -> TypeGuard[ast.Instruction]:
 
 
 def own_variables(program: Program) -> tuple[Own, ...]:
-    """Return the variables of AUTO and LOCAL, each name once, in the order of the program.
-
-    A variable that is declared without an index is an array if the first step that uses it gives it an index.
-    """
+    """Return the variables that AUTO and LOCAL declare, in the order of the program; parameters are left out."""
     found: dict[str, Own] = {}
     first = takewhile(lambda one: declares(one) or isinstance(one, ast.BadLine), program.statements)
     for statement in filter(declares, first):
@@ -216,24 +215,25 @@ def own_variables(program: Program) -> tuple[Own, ...]:
 
 # --- the names of a program --------------------------------------------------------------------------------------
 
-MAX_SHOWN_CHARS = 40  # maximum number of characters of an expression in a message
+MAX_SHOWN_CHARS = 40  # a message shows an expression up to this length; a longer one is called "this"
 
 
 class Decision(NamedTuple):
-    """The kind of a name, and the step that decides it (None if the sigil or the present value decides it)."""
+    """The kind of a name, and the number of the step that decides it (None if the sigil or the current value does)."""
 
     kind: Kind
     step: int | None
 
 
 class NameFindings(DiagnosticCollector):
-    """A collector of the names of a program. `step`: the index of the present step.
+    """A collector of facts about the names in a program. `step`: the number of the step being checked, from 1.
 
-    `known`: the kinds of variables that have a value. At the prompt these kinds are binding. A program may later run
-    with other values, so there they only cause warnings. `kinds`: the kinds of bare names that their use decides.
-    `given`: the keys of names that are assigned; `passed`: the keys of names that are passed to a program; `own`: the
-    keys of AUTO and LOCAL variables; `first_read`: the first use of each name as a value; `assigned`: the first
-    assignment to each simple bare name; `functions`: the first call of each function that could be a variable.
+    `known`: the kinds of the variables that have a value, by key. A use as another kind is an error at the prompt, but
+    only a warning in a program, which may later run with other values. `kinds`: the kinds of bare names, decided by
+    their use. Sets of keys are `given` (variables that are assigned), `passed` (variables that are passed to a
+    program), `own` (AUTO and LOCAL variables) and `declared` (GLOBAL variables too). By key: `first_read` (the first
+    use of a variable as a value), `assigned` (the target of the first assignment to a simple bare name) and `functions`
+    (the first call of a function whose name could be a variable).
     """
 
     def __init__(self, known: Mapping[str, Kind], parameters: Iterable[ast.Variable], *, at_prompt: bool) -> None:
@@ -243,21 +243,22 @@ class NameFindings(DiagnosticCollector):
         self.given: set[str] = set()
         self.passed: set[str] = set()
         self.own: set[str] = set()
-        self._arrays: dict[str, bool] = {}  # whether an own variable is an array, if known
+        self._arrays: dict[str, bool] = {}  # whether a private variable is an array, by key, once this is known
         self.first_read: dict[str, ast.Variable] = {}
         self.assigned: dict[str, ast.Variable] = {}
         self.functions: dict[str, ast.Call] = {}
         self.typed: set[str] = set()  # keys of the variables that TYPE shows
         self.parameters = {parameter.key for parameter in parameters}
         self.declared: set[str] = set()
-        self._declared_by: dict[str, str] = {}  # keyword of the first declaration of a name, right or wrong
+        self._declared_by: dict[str, str] = {}  # keyword of the first declaration of a name, even if it has a mistake
         self._declarations_over = False
         self._known = known
         self._at_prompt = at_prompt
         self._spellings: dict[str, str] = {}
 
     def without_value(self) -> list[ast.Variable]:
-        """Return the first use as a value of each name that this program never assigns."""
+        """Return the first use of each variable that is read but never assigned here, and is neither a parameter nor a
+        global variable that has a value."""
         return [
             variable
             for key, variable in self.first_read.items()
@@ -265,8 +266,8 @@ class NameFindings(DiagnosticCollector):
         ]
 
     def check(self, variable: ast.Variable) -> None:
-        """Report a name that is not allowed, and an AUTO or LOCAL variable that is used both as an array and as a
-        simple variable."""
+        """Report a variable with a reserved name, two long names that count as the same, and a private variable used
+        both as an array and as a simple variable."""
         word, key, is_array = variable.name.upper(), variable.key, variable.indexes is not None
         if word in RESERVED and not variable.sigil:
             self.fault(InvalidName, variable.span, *why_reserved(word))
@@ -315,7 +316,7 @@ class NameFindings(DiagnosticCollector):
                 f"{statement.word} {name}[]",
             )
         else:
-            if variable.sigil and kind not in (None, Kind.LOCATION):  # with LOC a sigil is allowed
+            if variable.sigil and kind not in (None, Kind.LOCATION):  # LOC may precede a name with a sigil: LOC #p
                 self.fault(TypeMismatch, variable.span, f"{name} is a {SIGIL_KINDS[variable.sigil].value}, not {sort}")
             self.check(variable)
             self.declared.add(key)
@@ -329,18 +330,19 @@ class NameFindings(DiagnosticCollector):
     # --- kinds of names ---
 
     def read(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
-        """Record that a variable is read as one of these kinds. Return its kind if it is decided."""
+        """Record that a variable is read where only the kinds `wanted` are allowed. Return its kind, or None if it is
+        still undecided."""
         self.first_read.setdefault(variable.key, variable)
         return self._decide(variable, wanted)
 
     def define(self, variable: ast.Variable, wanted: Kinds) -> None:
-        """Record that a variable is assigned a value of one of these kinds."""
+        """Record that a variable is assigned a value that has one of the kinds `wanted`."""
         self.given.add(variable.key)
         self._decide(variable, wanted, is_read=False)
 
     def _decide(self, variable: ast.Variable, wanted: Kinds, *, is_read: bool = True) -> Kind | None:
-        """Return the kind of a name. A use that allows only one kind decides an undecided name. Warn if the present
-        value has the other kind."""
+        """Return the kind of a variable, or None if it is still undecided. A use that allows only one kind decides it.
+        Report a use that does not allow the kind, and warn if the variable's current value has the other kind."""
         key, name = variable.key, variable.name
         if (decided := self._decision(variable)) is None:
             choice = wanted & BARE
@@ -363,8 +365,8 @@ class NameFindings(DiagnosticCollector):
         return decided.kind
 
     def _decision(self, variable: ast.Variable) -> Decision | None:
-        """Return the kind of a name that its sigil, its uses or (at the prompt) its present value decide; None if it is
-        undecided."""
+        """Return the kind of a variable, decided by its sigil, by an earlier use or (at the prompt) by its current
+        value; None if it is undecided."""
         if variable.key in self.kinds:
             return self.kinds[variable.key]
         kind = SIGIL_KINDS.get(variable.sigil) or (self._known.get(variable.key) if self._at_prompt else None)
@@ -373,7 +375,8 @@ class NameFindings(DiagnosticCollector):
     def mismatch(
         self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None, *, is_read: bool = True
     ) -> None:
-        """Report an expression of a wrong kind. `step`: the step that decided the kind."""
+        """Report an expression whose kind is not one of `wanted`. `step`: the number of the step that decided the kind;
+        `is_read`: the expression is read, not assigned, so that the hint can give an example."""
         text = expression_text(expression)
         shown = text if len(text) <= MAX_SHOWN_CHARS else "this"
         since = f" since step {step}" if step not in (None, self.step) else ""

@@ -1,8 +1,9 @@
 """Pair the blocks and labels of a program, find steps that are never carried out, and refuse words that a dialect does
 not have.
 
-While the switch VPLUS is off, every program that uses V+ is refused. The column `where` of the tables names the
-dialects of a row; `IN_VAL2` and `IN_VAL` give the replacement in the other dialects.
+While the switch VPLUS is off, programs that use words of V+ are refused. In the word tables the column `where` names
+the dialects that have a word; `IN_VAL2` and `IN_VAL` say what to write in these dialects instead of words that they
+lack.
 """
 
 from __future__ import annotations
@@ -40,14 +41,15 @@ def structure_of(program: Program) -> Structure:
 
 
 class _Open(Struct):
-    """A block whose end has not been found yet."""
+    """A block whose end has not been found yet. `opener`: the index of its first step; `middles`: the indexes of its
+    ELSE, or VALUE and ANY steps."""
 
     kind: BlockKind
     opener: int
     span: Span
     middles: list[int] = field(default_factory=list)
-    complete: bool = False  # ELSE or ANY was found: only END may follow
-    vague: bool = False  # whether an unreadable line may have started the block
+    complete: bool = False  # whether ELSE or ANY was found, so that only END may follow
+    vague: bool = False  # whether it is doubtful that there is a block, because a line that did not parse opened it
 
     @property
     def closing(self) -> str:
@@ -59,19 +61,21 @@ class _Open(Struct):
 
 
 class Structure(DiagnosticCollector):
-    """The structure of a program. `blocks` are in the order of their ends; `labels`: the step index of each label."""
+    """The structure of a program. `blocks`: its blocks in the order of their ends; `labels`: the step index of each
+    label."""
 
     def __init__(self) -> None:
         super().__init__()
         self.blocks: list[Block] = []
         self.labels: dict[int, int] = {}
         self._open: list[_Open] = []
-        self._vague_ends = 0  # number of ends that were assigned to doubtful blocks
+        self._vague_ends = 0  # number of END and UNTIL steps that were paired with doubtful blocks
 
     def step(self, index: int, statement: Statement) -> None:
         if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
             self._leaves(statement)
-        if isinstance(statement, ast.Instruction) and statement.word == "ENDIF":  # another check refuses ENDIF itself
+        # pair ENDIF like an END, so that the block is not reported too; the analyzer refuses the word itself
+        if isinstance(statement, ast.Instruction) and statement.word == "ENDIF":
             self._unread(index, ast.BadLine("END", span=statement.span))
             return
         if (action := _ACTIONS.get(type(statement))) is not None:
@@ -86,8 +90,8 @@ class Structure(DiagnosticCollector):
             )
 
     def end(self, program: Program) -> None:
-        """Report blocks without an end, unless a doubtful block may have taken their end, and jumps to labels that no
-        step has. The first word of an unreadable line is accepted as a label."""
+        """Report blocks without an end, and jumps to labels that no step has. For each end that was paired with a
+        doubtful block, one block fewer is reported. A line that does not parse may have its first word as a label."""
         missing = [block for block in self._open if not block.vague]
         for block in missing[: max(0, len(missing) - self._vague_ends)]:
             self._fault(block.span, f"{block.name} has no {block.closing}")
@@ -103,11 +107,11 @@ class Structure(DiagnosticCollector):
         self.fault(ControlStructure, span, detail, hint)
 
     def _leaves(self, statement: ast.Instruction) -> None:
-        """Check that EXIT or NEXT is inside at least as many loops as its number says."""
+        """Check that at least as many loops surround EXIT or NEXT as its number says."""
         wanted, around = loops_of(statement), sum(block.kind in LOOPS for block in self._open)
         if not wanted:
             if self._open and self._open[-1].kind is BlockKind.FOR:
-                self._open[-1].vague = True  # NEXT i was probably written in place of END
+                self._open[-1].vague = True  # probably NEXT i stands in place of END, so do not report a missing END
             hint = (
                 f"{statement.word} alone is for the innermost, {statement.word} 2 for two; END ends the steps of a loop"
             )
@@ -122,10 +126,11 @@ class Structure(DiagnosticCollector):
         self._open.append(_Open(_OPENERS[type(statement)], index, statement.span))
 
     def _unread(self, index: int, line: ast.BadLine) -> None:
-        """Let an unreadable line open, divide or close a block, so that only the line itself is reported."""
+        """Let a line that does not parse open, divide or close the block that it seems to mean, so that no missing END
+        or ELSE without IF is reported in addition to the line itself."""
         words = _words(line.text)
         first, last = words[0], words[-1]
-        if own_word(first) == "END":  # such as ENDFOR
+        if own_word(first) == "END":  # a word of another language for END, such as ENDFOR
             first = "END"
         if first in _UNREAD_MIDDLES:
             kind = _UNREAD_MIDDLES[first]
@@ -135,14 +140,14 @@ class Structure(DiagnosticCollector):
         elif first in ("END", "UNTIL"):
             if any(one.closing == first for one in self._open):
                 self._close(index, line, first, "")
-        elif not (first == "IF" and last.isdigit() and {"GOTO", "THEN"} & set(words)):  # IF ... GOTO opens no block
+        elif not (first == "IF" and last.isdigit() and {"GOTO", "THEN"} & set(words)):  # skip IF ... GOTO 10: no block
             kind = BlockKind.__members__.get(first) or _UNREAD_LAST.get(last)
             if kind is not None:
                 sure = kind is BlockKind.FOR or last in _UNREAD_LAST
                 self._open.append(_Open(kind, index, line.span, vague=not sure))
 
     def _innermost(self, kind: BlockKind) -> _Open | None:
-        """Return the innermost open block, after removing doubtful blocks of another kind."""
+        """Return the innermost open block, or None. Doubtful blocks of another kind inside it are removed first."""
         while self._open and self._open[-1].vague and self._open[-1].kind is not kind:
             self._open.pop()
         return self._open[-1] if self._open else None
@@ -160,8 +165,8 @@ class Structure(DiagnosticCollector):
             block.complete = completes
 
     def _close(self, index: int, statement: Statement, word: str, openers: str) -> None:
-        """Close the innermost block of the kind that this step ends. Report the blocks inside it as blocks without an
-        end."""
+        """Close the innermost block that ends with `word` (END or UNTIL), and report the open blocks inside it as
+        blocks without an end. `openers`: the words for a message if there is no such block."""
         if not any(block.closing == word for block in self._open):
             inside = f", inside {self._open[-1].name}" if self._open else ""
             wanted = "DO, alone on its line, begins the loop" if word == "UNTIL" else ".END ends the program"
@@ -185,7 +190,8 @@ _OPENERS: Mapping[type, BlockKind] = {
     ast.Case: BlockKind.CASE,
 }
 
-# the first and last words of unreadable lines, and the kind of block that they open or divide
+# the kind of block that a line that does not parse opens, by its last word, or divides, by its first word (None: ELSEIF
+# divides a block, but VAL-II has no such step)
 _UNREAD_LAST: Mapping[str, BlockKind] = {"THEN": BlockKind.IF, "DO": BlockKind.WHILE, "OF": BlockKind.CASE}
 _UNREAD_MIDDLES: Mapping[str, BlockKind | None] = {
     "ELSE": BlockKind.IF,
@@ -196,8 +202,8 @@ _UNREAD_MIDDLES: Mapping[str, BlockKind | None] = {
 
 
 def _words(text: str) -> list[str]:
-    """Return the words of a line in capitals, without its label, strings and comment. The first word is "" if the line
-    begins with a variable."""
+    """Return the words of a line in upper case, without its label, strings and comment. The first word is "" if the
+    line is empty or looks like an assignment."""
     words = re.findall(r"[A-Z][\w.]*|\d+|\S", re.sub(r'"[^"]*"?|;.*', " ", text.upper()))
     if words and words[0].isdigit():
         words.pop(0)
@@ -214,14 +220,14 @@ _ACTIONS: Mapping[type, Callable[[Structure, int, Any], None]] = {
 }
 
 
-# --- canonical text of files without unpaired blocks ---------------------------------------------------------
+# --- the canonical text of a file ------------------------------------------------------------------------------
 
 
 def canonical_text(text: str, dialect: Dialect = Dialect.VPLUS, name: str = "") -> str | tuple[Diagnostic, ...]:
-    """Return the canonical text of a file, or its errors if a line cannot be read or a block is not closed or not
-    opened: the indentation would then be misleading.
+    """Return the canonical text of a file. Return its errors instead if a line does not parse, or a block has no start
+    or no end, because the indentation would then be misleading.
 
-    `dialect`: the dialect for a file that names none. `name`: the name of the file, for steps without a heading.
+    `dialect`: the dialect if the file names none. `name`: the name of the file, for a program without a heading.
     """
     file, found = parse_file(text, dialect, name=name)
     unpaired = (
@@ -238,15 +244,15 @@ def canonical_text(text: str, dialect: Dialect = Dialect.VPLUS, name: str = "") 
 # --- steps that are never carried out ------------------------------------------------------------------------
 
 
-LEAVING = frozenset({"RETURN", "STOP", "HALT", "RETURNE"})  # instructions that never continue with the next step
+LEAVING = frozenset({"RETURN", "STOP", "HALT", "RETURNE"})  # instructions after which the next step is not executed
 _CLOSERS = (ast.End, ast.Until, ast.Else, ast.Any, ast.Value)
 
 
 def unreachable(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> Iterator[Diagnostic]:
-    """Warn of the first step of each sequence of steps that is never carried out, and name the step that jumps
-    away before it.
+    """Warn of steps that are never carried out: one warning for each sequence, at its first step, which names the step
+    before it that jumps away.
 
-    Conditions are not evaluated, so WHILE TRUE counts as a loop that can end. The blocks and labels must be correct.
+    Conditions are not evaluated, so WHILE TRUE is taken as a loop that can end. The blocks and labels must be correct.
     """
     reached = _reachable_steps(program, blocks, labels)
     leaving, before_reached = "", True
@@ -266,19 +272,19 @@ def unreachable(program: Program, blocks: Sequence[Block], labels: Mapping[int, 
 
 
 def _leaves(statement: Statement | None) -> bool:
-    """Return whether a statement never continues with the next step."""
+    """Return whether the next step is never executed directly after this statement."""
     return isinstance(statement, ast.Goto) or (isinstance(statement, ast.Instruction) and statement.word in LEAVING)
 
 
 def _reachable_steps(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> set[int]:
     """Return the indexes of all steps that can be reached from the first one."""
-    jumps: dict[int, tuple[int, ...]] = {}  # the steps to which a step of a block may jump
+    jumps: dict[int, tuple[int, ...]] = {}  # for each opener, middle and closer of a block: the steps that may be next
     for block in blocks:
         after, inside = block.closer + 1, tuple(middle + 1 for middle in block.middles)
         if block.kind in LOOPS:
             jumps[block.closer] = (block.opener, after)
             jumps |= {} if block.kind is BlockKind.DO else {block.opener: (block.opener + 1, after)}
-        else:  # CASE jumps to any VALUE; from the step before a VALUE or ELSE, the program continues after the block
+        else:  # a CASE may continue after any VALUE; a VALUE or ELSE reached from the step above leaves the block
             way = (block.opener + 1, *(inside or (after,)))
             jumps[block.opener] = way if block.kind is BlockKind.IF else (*inside, after)
             jumps |= dict.fromkeys(block.middles, (after,))
@@ -299,6 +305,7 @@ def _reachable_steps(program: Program, blocks: Sequence[Block], labels: Mapping[
     return reached
 
 
+# what to write in VAL-II in place of a word that only V+ has
 IN_VAL2: Mapping[str, str] = {
     # instructions
     "ACCEL": "SPEED makes a motion slower",
@@ -356,7 +363,7 @@ IN_VAL2: Mapping[str, str] = {
 }
 
 
-# the replacement in VAL
+# what to write in VAL in place of a word that only VAL-II and V+ have
 IN_VAL: Mapping[str, str] = {
     "CALL": "GOSUB carries out a program",
     "SET": "SHIFT, INVERSE and FRAME define locations, HERE teaches them",
@@ -378,16 +385,16 @@ _BLOCKS: Mapping[type, str] = {
 
 
 def beyond(program: Program, *, vplus: bool = True) -> Iterator[Diagnostic]:
-    """Yield an error for each word and form that the program's dialect does not have. With `vplus` False, yield one for
-    each word and form that only V+ has."""
+    """Yield an error for each word and each form of a statement that the program's dialect lacks; if `vplus` is False
+    (the switch VPLUS is off), for each that only V+ has."""
     check = _DialectCheck(program.dialect, "this program is in") if vplus else _DialectCheck(Dialect.VAL2)
     statements = () if check.dialect is Dialect.VPLUS else program.statements
     return (found for statement in statements for found in _beyond(statement, check))
 
 
 def waits_for_signals(program: Program) -> bool:
-    """Return whether WAIT 3 waits for input 1003, as in VAL. In a program with words of V+ a number is a condition
-    instead, which is always true: published drivers for V+ contain such lines (probable)."""
+    """Return whether WAIT 3 in a program waits for input 1003, as in VAL. In a program with words of V+ the number is a
+    condition instead, which is always true; published drivers for V+ probably rely on this."""
     remembered = vars(program)
     if "waits_for_signals" not in remembered:
         remembered["waits_for_signals"] = next(beyond(program, vplus=False), None) is None
@@ -395,7 +402,8 @@ def waits_for_signals(program: Program) -> bool:
 
 
 def line_beyond(statement: Statement, dialect: Dialect, *, vplus: bool) -> Iterator[Diagnostic]:
-    """Yield an error for each word and form in a line of the prompt that the session's dialect does not have."""
+    """Yield an error for each word and form in a line typed at the prompt that the session's dialect lacks. `vplus`:
+    whether the switch VPLUS is on; if not, words that only V+ has are errors too."""
     yield from _beyond(statement, _DialectCheck(dialect, "this session is in"), at_prompt=True)
     if not vplus:
         yield from _beyond(statement, _DialectCheck(Dialect.VAL2), at_prompt=True)
@@ -417,7 +425,7 @@ def _beyond(statement: Statement, check: _DialectCheck, at_prompt: bool = False)
                     yield check.refusal("the number of a task is", IN_VAL2["EXECUTE"], task.span)
             case ast.Call() if node.name in FUNCTIONS:
                 yield from check.check_row(node.name, FUNCTIONS[node.name].where, node.span)
-            # in VAL the relations after IF are the words EQ, NE and so on
+            # skip relations in VAL: they exist after IF, where they are written EQ, NE and so on
             case ast.Binary() if node.operator not in RELATIONS or check.dialect is not Dialect.VAL:
                 yield from check.check_row(node.operator, OPERATORS[node.operator].where, node.span)
             case ast.Variable() if len(node.indexes or ()) > 1 or node.rest:
@@ -429,8 +437,8 @@ def _beyond(statement: Statement, check: _DialectCheck, at_prompt: bool = False)
 
 
 class _DialectCheck(Struct, frozen=True):
-    """The dialect to check against. `why`: the words that begin the reason in a message; "" if the switch VPLUS is the
-    reason."""
+    """A check against a dialect. `why`: the start of the reason in a message ("this program is in"); "" if the reason
+    is that the switch VPLUS is off."""
 
     dialect: Dialect
     why: str = ""
@@ -440,7 +448,8 @@ class _DialectCheck(Struct, frozen=True):
         return error(NotAvailable, span, f"{what} of {of.title}, and {why}", f"in {self.dialect.title}: {instead}")
 
     def check_row(self, name: str, where: str, span: Span) -> Iterator[Diagnostic]:
-        """Yield an error if the row's word does not exist in the dialect."""
+        """Yield an error if the word `name` does not exist in the dialect. `where`: the dialects that have it, as in
+        the word tables."""
         if not self.dialect.knows(where):
             of = Dialect.VAL2 if Dialect.VAL2.knows(where) else Dialect.VPLUS
             ways = {**IN_VAL2, **IN_VAL} if self.dialect is Dialect.VAL else IN_VAL2

@@ -1,18 +1,19 @@
 """Compile a checked program to a Python generator function, built as a tree of Python's own `ast`.
 
-The operations of `lowering` are grouped into basic blocks. A binary tree of `if pc < k` inside `while True` selects the
-block, so GOTO into or out of a control structure only sets a number. The function yields each request or effect, and
-Python suspends the program there. `n` is the number of steps left in the turn: each counted operation subtracts 1; at
-0 the function yields the operation's number before it carries the operation out. The first of several assignments
-subtracts the steps of all at once, unless the turn may end among them (`s`). While the program is suspended, the
-context's `turn` holds n and the present operation. `t` changes with each suspension; while `t` is the same, a variable
-that was found to be real stays real. The Python lines of an operation have its number, so that a traceback shows in
-which operation an error occurred.
+The operations of `lowering` are grouped into basic blocks. Inside `while True` a binary tree of `if pc < k` selects the
+block with number `pc`, so that a GOTO into or out of a control structure only sets a number. The function yields each
+request or effect, and Python suspends the program there. A task runs in turns: time slices with a limited number of
+steps. `n` is the number of steps left in the turn. Each counted operation subtracts 1; at 0 the function yields the
+operation's number before it carries the operation out. The first of several assignments subtracts the steps of all of
+them at once, unless the turn may end among them (then `s` is True). While the program is suspended, the context's
+`turn` holds n and the number of the current operation. `t` changes with each suspension; as long as it stays the same,
+a variable that was found to be real stays real. The Python lines of an operation have its number, so that a traceback
+shows in which operation an error occurred.
 
-    def program(X, R, L, S, P, KR, KL, C, F, pc, ...):   context; cells of reals, locations, strings, precision points;
-        l0, s0 = F                                  C: bound calls; F: frame, limits of FOR and subjects of CASE;
-        B = X.turn                                  ... arrays and arguments
-        n = B[0]
+    def program(X, R, L, S, P, KR, KL, C, F, pc, ...):   X: context of the task; R, L, S, P: cells (storage) of reals,
+        l0, s0 = F                                  locations, strings, precision points; KR, KL: keys of R and L;
+        B = X.turn                                  C: functions bound to calls; F: frame with the limits of FOR and
+        n = B[0]                                    subjects of CASE; ...: arrays and arguments
         try:
             while True:
                 if pc < 4:
@@ -20,9 +21,9 @@ which operation an error occurred.
         finally:
             F[:] = (l0, s0)
 
-An IF becomes an `if` of Python if nothing jumps into its parts. A block that jumps to itself becomes a `while True` of
-its own, so a simple loop never passes through the tree. With `everywhere` each operation begins a block: that variant
-is made on demand and can be entered at any step.
+An IF becomes an `if` of Python if nothing jumps into its parts. A block that jumps to itself becomes a separate
+`while True`, so that a simple loop does not pass through the binary tree. In the variant `everywhere` each operation
+begins a block, so that the function can be entered at any step; this variant is made on demand.
 
 A long program becomes several functions, so that its whole tree is never in memory at once. Each function takes the
 arguments above and returns the number of the block where another function continues, or None at the end.
@@ -54,12 +55,12 @@ from vrs_cli.values.numbers import LIMIT
 
 Steps = Generator[Any, str | None, int | None]
 
-FIRST_LINE = 2  # the Python line number of operation 0; syntax tree leaves that several trees share have line 1
-# maximum number of operations in a Python function: while Python compiles a function, no other thread runs
+FIRST_LINE = 2  # Python line number of operation 0; line 1 is for leaves that several syntax trees share
+# maximum number of operations in a Python function, because no other thread runs while Python compiles a function
 OPS_A_FUNCTION = 512
 
 
-# statements that all operations share: the first counts a step, the second loads n after a suspension
+# statements that all operations share: the first counts a step, the second loads n and changes t after a suspension
 _COUNT: py.stmt = tree.place(tree.assign("n", py.BinOp(tree.name("n"), py.Sub(), tree.constant(1))))
 _LOAD_LEFT: py.stmt = tree.place(
     py.Assign(
@@ -75,12 +76,14 @@ _LOAD_LEFT: py.stmt = tree.place(
 class ProgramCompiler(ExpressionCompiler):
     """A compiler of a program's operations to the body of a Python function.
 
-    `_numbers`: the number of each block, by its first operation; `_here`: the blocks of the present function; `_inner`:
-    the present block, if it is a `while True` of its own; `_silent_blocks`: the blocks without a counted operation;
-    `_later`: the number of steps in the present run that are counted already;
-    `_branches`: the operations that become an `if` of Python; `_place`: the present operation; `_counted`: the last
-    counted operation of the present block, if it is known; `_real`: for each variable (by key) that may be known to be
-    real, the Python variable that equals `t` if it is known in this turn.
+    Operations are given by their numbers, and "current" means being compiled. `_numbers`: the number of each block, by
+    its first operation; `_here`: the blocks of the current function; `_inner`: the current block if it becomes a
+    separate `while True`; `_silent_blocks`: the blocks without a counted operation; `_later`: the number of following
+    steps that have been counted together with an earlier one; `_following`: the same number for each operation in such
+    a run of steps; `_branches`: the IFs that become an `if` of Python, by their operation; `_place`: the current
+    operation; `_counted`: the last counted operation of the current block, or None if it depends on the path; `_real`:
+    by the key of a variable, the Python variable that equals `t` if the VAL-II variable was found to be real since the
+    last suspension.
     """
 
     def __init__(self, library: Library, analysis: Analysis, lowered: lowering.Lowered) -> None:
@@ -115,15 +118,15 @@ class ProgramCompiler(ExpressionCompiler):
         return Variant(function, tuple(self.arrays), numbers, self._following)
 
     def _function(self, here: range, leaders: list[int]) -> Callable[..., Steps]:
-        """Make the Python function for some of the blocks. It accepts, and ignores, the arrays that later functions
-        need."""
+        """Make the Python function for the blocks in `here`. It accepts and ignores further arguments: the arrays that
+        only later functions need."""
         self._here, self._real = here, {}
         blocks = [self._block(number, leaders) for number in here]
         loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
         flags = [tree.assign(flag, tree.constant(None)) for flag in self._real.values()]
         turn = tree.assign("B", py.Attribute(tree.name("X"), "turn", py.Load()))
         body = [*flags, tree.assign("t", tree.constant(0)), turn, _LOAD_LEFT]
-        if self._lowered.slots:  # load the slots from the frame, and store them again however the program ends
+        if self._lowered.slots:  # load the slots from the frame; store them again in `finally`, even after an error
             frame = py.Subscript(tree.name("F"), py.Slice(), py.Store())
             kept = py.Assign([frame], tree.tuple_of(map(tree.name, self.slots)))
             loop = [py.Assign([tree.unpacked(self.slots)], tree.name("F")), py.Try(loop, [], [], [kept])]
@@ -152,7 +155,7 @@ class ProgramCompiler(ExpressionCompiler):
         return [py.While(tree.constant(True), statements, [])] if inner else statements
 
     def _operations(self, places: range) -> tuple[list[py.stmt], bool]:
-        """Return the statements of some operations, and whether the program continues after the last one."""
+        """Return the Python statements for a range of operations, and whether the program may continue after it."""
         statements, place = list[py.stmt](), places.start
         while place < places.stop:
             op = self._lowered.ops[place]
@@ -166,8 +169,8 @@ class ProgramCompiler(ExpressionCompiler):
         return statements, True
 
     def _fill(self, statement: py.If, branch: lowering.Branch) -> None:
-        """Fill both parts of an `if`. If the program can end after it without another counted operation, each part
-        stores the number of its own last counted operation."""
+        """Fill both parts of an `if`. If the program can end after the `if` without another counted operation, each
+        part stores the number of its last counted operation in the context, because the number depends on the part."""
         stores, counted = self._ends_silently(branch.otherwise.stop), self._counted
         parts = list[list[py.stmt]]()
         for places in (branch.then, branch.otherwise):
@@ -182,7 +185,8 @@ class ProgramCompiler(ExpressionCompiler):
         self._counted = None
 
     def _ends_silently(self, place: int) -> bool:
-        """Return whether the program can end after this operation without carrying out another counted operation."""
+        """Return whether the program can continue from this operation to its end, or to the end of the block, without a
+        counted operation."""
         while place not in self._numbers:
             op = self._lowered.ops[place]
             if not lowering.is_silent(op) or isinstance(op, lowering.Finish):
@@ -191,8 +195,8 @@ class ProgramCompiler(ExpressionCompiler):
         return self._numbers[place] in self._silent_blocks
 
     def _to(self, op: int) -> list[py.stmt]:
-        """Return the statements that jump to the block that begins with an operation. If the block is in another
-        function, they return its number."""
+        """Return the Python statements that jump to the block that begins with operation `op`. If another Python
+        function has the block, they return the block's number to `_join`."""
         target = self._numbers[op]
         told = [] if target not in self._silent_blocks or self._counted is None else [_store(1, self._counted)]
         if target not in self._here:
@@ -218,8 +222,8 @@ class ProgramCompiler(ExpressionCompiler):
         return statements
 
     def _count_steps(self, place: int, stop: int) -> list[py.stmt]:
-        """Return the code that counts the step of an operation: at the start of a run all its steps, unless the turn
-        may end within the run."""
+        """Return the code that counts the step of an operation. The steps of a straight run of operations are counted
+        together at its start; if the task's turn may end within the run, each operation counts its own step."""
         suspended = py.If(tree.not_(tree.name("n")), [tree.yield_(tree.constant(place)), _LOAD_LEFT], [])
         if self._later:
             self._later -= 1
@@ -294,8 +298,8 @@ class ProgramCompiler(ExpressionCompiler):
     # statements
 
     def _statement(self, statement: ast.Assignment | ast.Instruction) -> list[py.stmt]:
-        """Return the code of a statement, with a BREAK before it if the table asks for one. A statement with a time
-        stamp does not wait until the robot has stopped."""
+        """Return the code of a statement. If the word table requires it, a BREAK (wait until the robot has stopped)
+        comes first, unless the statement has a time (AT or IN)."""
         if isinstance(statement, ast.Assignment):
             return self._assignment(statement)
         special = _SPECIAL.get(statement.word)
@@ -317,8 +321,8 @@ class ProgramCompiler(ExpressionCompiler):
         return [tree.assign("v", self.value(value)), check, *self._store(target, tree.name("v"), is_real=is_real)]
 
     def _store(self, variable: ast.Variable, value: py.expr, *, is_real: bool = False) -> list[py.stmt]:
-        """Assign a value to a variable, unless the bare name exists as a location. `is_real`: the statement has just
-        read the variable as a real."""
+        """Return the code that assigns a value to a variable; it raises an error if a location with the same bare name
+        exists. `is_real`: the statement has just read the variable as a real, so that no check is needed."""
         (cells, other, key), first = self.place(variable, Kind.REAL), list[py.stmt]()
         constants = [*map(constant_index, variable.indexes or ())]
         if constants and all(constants):
@@ -332,7 +336,8 @@ class ProgramCompiler(ExpressionCompiler):
         if other is not None and not is_real:
             denied = py.Expr(tree.method(tree.name(cells), "deny", key))
             check = py.If(tree.compare(key, py.In(), tree.name(KEYS.get(other, other))), [denied], [])
-            if self._real is not None and not variable.indexes and other in KEYS:  # check only once in a turn
+            # do not repeat the check until the next suspension, because until then no other task can change the kind
+            if self._real is not None and not variable.indexes and other in KEYS:
                 flag = self._real.setdefault(variable.key, f"r{len(self._real)}")
                 known = tree.compare(tree.name(flag), py.IsNot(), tree.name("t"))
                 check = py.If(known, [check, tree.assign(flag, tree.name("t"))], [])
@@ -382,12 +387,12 @@ class ProgramCompiler(ExpressionCompiler):
         asked = statement.arguments[0]
         of_val = ast.channel(asked) is not None and self.library.waits_for_signals(self._program)
         truth = self.truth(ast.signals_on((asked,), asked.span) if of_val else asked)
-        # the condition gets the program's variables as default arguments, because closures would slow down the whole
-        # program
+        # pass the Python variables of the program to the condition as default arguments, because as closure variables
+        # they would be slower to access in the whole program
         names = {node.id for node in py.walk(truth) if isinstance(node, py.Name)} - self.namespace.keys()
         condition = py.Lambda(tree.parameters(sorted(names), defaults=True), truth)
-        # if the condition is already true, the program does not yield: a loop with such a WAIT must keep up with a wall
-        # clock
+        # do not yield if the condition is already true, because a loop with such a WAIT must be fast enough for real
+        # time
         wait = tree.yield_(tree.call("Wait", tree.name("w")))
         return [
             tree.assign("w", tree.call("guard", condition)),
@@ -395,8 +400,8 @@ class ProgramCompiler(ExpressionCompiler):
         ]
 
     def _call_program(self, op: lowering.Invoke) -> list[py.stmt]:
-        """Call the function that is bound to the call. If it does not return a number of steps left, yield to the task,
-        which continues the call."""
+        """Return the code that calls the direct function bound to the call (`direct`). If its result is 0 or negative,
+        the function did not finish; the code then yields to the task, which completes the call."""
         assert self._counted is not None
         by_task = tree.method(
             tree.name("X"),
@@ -411,13 +416,14 @@ class ProgramCompiler(ExpressionCompiler):
         return [*self.call_bound(op), py.If(done, [tree.assign("n", tree.name("m"))], away)]
 
     def call_bound(self, op: lowering.Invoke) -> list[py.stmt]:
-        """Call the function that is bound to the call, and pass it the number of steps left in the turn."""
+        """Return the code that calls the function bound to the call, with the number of steps left in the turn, and
+        assigns its result to `m`."""
         given = map(self.given_to_call, op.called.arguments)
         call = tree.call("f", tree.name("X"), tree.name("n"), tree.name("e"), *given)
         return [py.Assign([tree.unpacked("fe")], tree.item("C", tree.constant(op.site))), tree.assign("m", call)]
 
     def _call_by_text(self, statement: ast.Instruction) -> list[py.stmt]:
-        """Call the program whose name is in a string."""
+        """Return the code of CALLS, which calls the program whose name is the value of a string expression."""
         called = statement.arguments[0]
         assert called is not None
         text, given = (called.text, called.arguments) if isinstance(called, ast.Applied) else (called, ())
@@ -426,13 +432,15 @@ class ProgramCompiler(ExpressionCompiler):
 
 
 def _store(place: int, op: int | None = None) -> py.stmt:
-    """Return code that stores `n` (place 0), or the number of the operation `op` (place 1), in the context's `turn`."""
+    """Return the code that stores `n`, or the operation number `op` if given, in the context's `turn`. `place`: the
+    index there: 0 for n, 1 for the operation."""
     target = py.Subscript(tree.name("B"), tree.constant(place), py.Store())
     return py.Assign([target], tree.name("n") if op is None else tree.constant(op))
 
 
 def _constant_step(statement: ast.For) -> float | None:
-    """Return the STEP of a FOR: 1 if it is omitted, its value if it is a constant other than 0, otherwise None."""
+    """Return the STEP of a FOR: 1 if it is omitted, its value if it is a constant other than 0. Return None if it must
+    be computed at run time."""
     return 1.0 if statement.step is None else ast.plain_number(statement.step) or None
 
 
@@ -453,16 +461,15 @@ _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
 }
 
 _SPECIAL: dict[str, Callable[[ProgramCompiler, ast.Instruction], list[py.stmt]]] = {
-    "BREAK": lambda _compiler, _statement: [],  # the BREAK in its row of the instruction table is enough
+    "BREAK": lambda _compiler, _statement: [],  # `_statement` adds the wait, because the row of BREAK has `breaks`
     "WAIT": ProgramCompiler._wait,
     "CALLS": ProgramCompiler._call_by_text,
 }
 
 
 def _join(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Callable[..., Steps]:
-    """Join the functions of a long program into one. `firsts`: the first block of each function. `at`: the index of
-    `pc` among the arguments."""
-    at = 3 + len(CELLS) + len(KEYS)
+    """Join the functions of a long program into one. `firsts`: the number of the first block of each function."""
+    at = 3 + len(CELLS) + len(KEYS)  # index of `pc` among the arguments
 
     def program(*arguments: object) -> Steps:
         pc = arguments[at]
@@ -478,8 +485,9 @@ def _join(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Calla
 
 
 class Variant(Struct, frozen=True):
-    """A Python function, the arrays that follow its fixed arguments, and the number of each block by its first
-    operation. `following`: for operations in runs, the number of later steps in the run."""
+    """A Python function for a program. `arrays`: the arrays that it takes after its fixed arguments; `numbers`: the
+    number of each block, by its first operation; `following`: for an operation whose run of steps is counted together,
+    the number of steps after it in the run."""
 
     function: Callable[..., Steps]
     arrays: tuple[Array, ...]
@@ -488,8 +496,9 @@ class Variant(Struct, frozen=True):
 
 
 class Compiled(Struct, frozen=True, dict=True, weakref=True):
-    """A compiled program. `spelling`: the first spelling of each name in the program, by key. `array_parameters`: the
-    keys of parameters that are whole arrays."""
+    """A compiled program. `lowered`: its operations; `spelling`: the first spelling of each name in the program, by
+    key; `array_parameters`: the keys of parameters and private variables that are arrays; `ordinary`: the Python
+    function."""
 
     library: Library
     analysis: Analysis
@@ -509,8 +518,8 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
         return self.ordinary if op in self.ordinary.numbers else self.everywhere
 
     def stand(self, step: int) -> int | None:
-        """Return the first step at or after `step` (counted from 0) that does something, so that the program can stop
-        before it; None if no step does."""
+        """Return the index of the first step from `step` on that counts as executed, before which the program can
+        therefore stop; None if there is none. Indexes count from 0."""
         steps = (op.step for op in self.lowered.ops if op.step >= step and not lowering.is_silent(op))
         return min(steps, default=None)
 
@@ -535,11 +544,12 @@ def compile_program(library: Library, analysis: Analysis) -> Compiled:
 def compile_expression(
     library: Library, make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, Kind], own: Sequence[str] = ()
 ) -> tuple[Callable[..., Any], tuple[Array, ...]]:
-    """Compile an expression of the prompt; `make` returns its Python expression. `kinds`: the kinds of the bare names
-    that have a value. `own`: the keys of variables that are passed as references.
+    """Compile an expression typed at the prompt. `make`: returns its Python expression; `kinds`: the kinds of the bare
+    names that have a value; `own`: the keys of variables that are passed as references (parameters and private
+    variables of a stopped program).
 
-    Return a function of the context, the cells of each kind, the fields of each reference and the cells of each array;
-    and these arrays.
+    Return a Python function and the arrays that it needs. Its arguments are the context, the cells of each kind, the
+    fields of each reference, and the cells of each array.
     """
     compiler = ExpressionCompiler(library, kinds, {key: number for number, key in enumerate(own)})
     value = make(compiler)

@@ -1,19 +1,19 @@
 """Compile a subroutine that never waits to a Python function, which programs call directly.
 
-Such a call needs no task, no activation and no generator.
+A direct call is fast because it makes no activation (the record of a running call) and no generator, and does not
+return to the task. The subroutine may contain only assignments, blocks, jumps, RETURN and calls, and no function that
+depends on the task.
 
-Such a subroutine has only assignments, blocks, jumps, RETURN and calls, and no function that depends on the task.
-
-    def direct(X, n, E, a0, a1, ..., R, L, S, P, KR, KL, C, ...):   context, steps left, executable, arguments;
-        p0, q0, k0 = a0                                             with defaults: cells, bound calls, arrays
-        pc = 0
+    def direct(X, n, E, a0, a1, ..., R, L, S, P, KR, KL, C, ...):   X: context; n: steps left in the task's turn;
+        p0, q0, k0 = a0                                             E: executable; a0...: arguments; the others have
+        pc = 0                                                      defaults: cells, bound calls, arrays (`compiler`)
         while True:
             ...
 
-The function counts the steps of a straight run at its start, and returns the number of steps left in the turn. If the
-turn may end within a run, the function records its present operation in the context, and returns minus the number of
-steps left; the task then continues with an activation. It returns 0, and records its arguments, if the task must make
-the whole call.
+The function counts the steps of a straight run of operations at its start, and returns the number of steps left in the
+turn (time slice). If the turn may end within a run, the function records the current operation in the context and
+returns minus the number of steps left; the task then continues it with an activation. If the task must make the whole
+call, the function records its arguments and returns 0.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.words.values import Kind
 
 DIRECT = "direct"  # name of every generated Python function
-MAX_OPERATIONS = 64  # maximum number of operations in a direct function: the robot waits while Python compiles it
-# functions that ask for the present program or operation, or that may wait
+MAX_OPERATIONS = 64  # maximum number of operations in a direct function, because the robot waits while it is compiled
+# functions of VAL-II that depend on the current program or operation, or may wait
 _TASK_FUNCTIONS = frozenset(
     ("BITS", "GETC", "GET.EVENT", "ID", "IOSTAT", "LATCH", "#PLATCH", "LATCHED", "PRIORITY", "SIG", "STATUS", "TASK")
 )
 
 
 class Direct(Struct, frozen=True):
-    """A direct function; the arrays that are its last default arguments; and, for each operation, the number of later
-    steps in its run."""
+    """A compiled direct function. `arrays`: the arrays that it takes as its last default arguments; `following`: for
+    each operation, the number of steps after it in its straight run, which are counted together with it."""
 
     function: Callable[..., int]
     arrays: tuple[Array, ...]
@@ -51,7 +51,8 @@ class Direct(Struct, frozen=True):
 
 
 def compile_direct(library: Library, analysis: Analysis, lowered: lowering.Lowered) -> Direct | None:
-    """Compile a program to a direct function. Return None if only a task can run the program."""
+    """Compile a program to a direct function. Return None if the program is too long, may wait, or depends on its
+    task."""
     nodes = (node for statement in analysis.program.statements for node in ast.nodes(statement))
     task_functions = (isinstance(node, ast.Call) and node.name in _TASK_FUNCTIONS for node in nodes)
     if len(lowered.ops) > MAX_OPERATIONS or not all(map(_never_waits, lowered.ops)) or any(task_functions):
@@ -72,13 +73,14 @@ def _returns(op: lowering.Op) -> bool:
 
 
 def _fields(number: int) -> py.Tuple:
-    """Make the target of an assignment that unpacks the fields of a reference."""
+    """Make the target `p0, q0, k0` of an assignment that unpacks the reference with this number (real cells, location
+    cells, key)."""
     return tree.unpacked(f"{letter}{number}" for letter in "pqk")
 
 
 class _DirectCompiler(ProgramCompiler):
     """A compiler of one direct function. `_runs`: the number of steps in each straight run, by its first operation;
-    `_needed`: the number of steps until the next test of `n`, by the operation that this test precedes."""
+    `_needed`: by the operation before which `n` is tested, the number of steps until the next test."""
 
     def direct(self) -> Direct:
         leaders, self._branches = lowering.leaders_of(self._lowered.ops, ())
@@ -94,8 +96,7 @@ class _DirectCompiler(ProgramCompiler):
         return Direct(tree.make_function(definition, self.namespace), tuple(self.arrays), following)
 
     def _count(self, leaders: list[int]) -> tuple[int, ...]:
-        """Count the steps of straight runs. Return, for each operation, the number of steps that follow it in its
-        run."""
+        """Set `_runs` and `_needed`. Return, for each operation, the number of steps after it in its straight run."""
         ops = self._lowered.ops
         self._runs, self._needed = Counter[int](), Counter[int]()
         following = [0] * len(ops)
@@ -120,11 +121,11 @@ class _DirectCompiler(ProgramCompiler):
         return tuple(following)
 
     def _prologue(self, count: int) -> list[py.stmt]:
-        """Unpack the arguments. Let the task make the call if the arguments do not fit, or if the program needs V+ and
-        VPLUS is off."""
+        """Return the code at the start of the function. It unpacks the arguments, and leaves the call to the task if an
+        argument has the wrong kind, or if the program needs V+ and the switch VPLUS is off."""
         by_task = py.Return(tree.call("by_task", *map(tree.name, ("X", "n", "E", *self._given))))
         body: list[py.stmt] = []
-        if not self.library.waits_for_signals(self._program):  # the program has parts that only V+ has
+        if not self.library.waits_for_signals(self._program):  # False for a program with words that only V+ has
             settings = py.Attribute(py.Attribute(tree.name("X"), "engine", py.Load()), "settings", py.Load())
             body.append(py.If(tree.not_(tree.method(settings, "switch", tree.constant("VPLUS"))), [by_task], []))
         for number, parameter in enumerate(self._program.parameters):
@@ -160,8 +161,8 @@ class _DirectCompiler(ProgramCompiler):
         return statements
 
     def _break_off(self, result: py.expr, left: py.expr) -> py.stmt:
-        """Return to the task, which continues before the present operation, or after it if the operation's call
-        returned a negative `result`."""
+        """Return the code that gives up, so that the task continues with an activation: before the current operation,
+        or after it if this is a call that returned a negative `result`. `left`: the number of steps left."""
         arguments: list[py.expr] = [*map(tree.name, self._given)]
         if len(self.parameters) > len(arguments):
             arguments.append(py.Starred(tree.name("o"), py.Load()))

@@ -1,7 +1,8 @@
 """Compile expressions to Python expressions (`compiler` compiles statements and jumps).
 
-A variable becomes a subscript of its cells, with a constant key if it is a simple variable. A truth value stays a
-Python truth value while it is only tested; where it is used as a number it becomes -1 or 0.
+A variable becomes a subscript of its cells (a dictionary with all values of one kind, or of one array). A simple
+variable has a constant key. A condition becomes a Python condition where it is only tested, and -1 or 0 where it is
+used as a number.
 """
 
 from __future__ import annotations
@@ -39,23 +40,23 @@ _RELATIONS: dict[str, type[py.cmpop]] = {
     "<=": py.LtE,
     ">=": py.GtE,
 }
-# operators that always evaluate both operands
+# Python's bit operators, because AND, OR and XOR always evaluate both operands
 _LOGICAL: dict[str, type[py.operator]] = {"AND": py.BitAnd, "OR": py.BitOr, "XOR": py.BitXor}
-ARGUMENT = "the argument"  # the key of a value that a CALL passes as an argument
+ARGUMENT = "the argument"  # key under which a value that CALL passes (not a variable) is stored in its cells
 KEYS = {
     "R": "KR",
     "L": "KL",
-}  # Python variables with a view of the keys of these cells, for faster look-ups
+}  # Python variables that hold the key views of the cells R and L, because a test for a key is then faster
 CELLS = {Kind.REAL: "R", Kind.LOCATION: "L", Kind.STRING: "S", Kind.PRECISION: "P"}
 
 
 class Library(Struct, frozen=True):
     """The names that compiled programs use; `language.run` supplies them.
 
-    `names`: the globals of every program. Functions of the language by name: those in `of_values` take values, those in
-    `in_context` take the program's context first. `handlers`: functions that carry out instructions, by the
-    instruction's word. `waits_for_signals`: returns whether WAIT 3 of a program waits for a signal, as it does in
-    programs without parts of V+.
+    `names`: the Python globals of every program. `of_values`: functions of VAL-II by name, called with the values of
+    their arguments; `in_context`: those that also need the program's context, as their first argument. `handlers`:
+    functions that carry out instructions, by the instruction's word. `waits_for_signals`: returns whether WAIT 3 in a
+    program waits for a signal, as it does in programs without words of V+.
     """
 
     names: Mapping[str, object]
@@ -65,14 +66,16 @@ class Library(Struct, frozen=True):
     waits_for_signals: Callable[[ast.Program], bool]
 
 
-Array = tuple[Kind, str]  # an array of the environment: its kind and its key
+Array = tuple[Kind, str]  # the kind and the key of an array in the robot's memory
 
 
 class ExpressionCompiler:
-    """A compiler of VAL-II expressions to Python expressions. `parameters`: the number of each parameter, by key.
+    """A compiler of VAL-II expressions to Python expressions. `kinds`: the decided kinds of bare names, by key;
+    `parameters`: the number of each parameter or private variable, by key.
 
-    The compiler collects the names that the Python function needs: `arrays`: the Python variable for each array of the
-    environment; `namespace`: the globals. GETC sets `reads`; functions that read signals set `observes`.
+    The compiler collects what the Python function needs: `arrays` (the Python variable for each array in memory) and
+    `namespace` (its globals); and the first `spelling` of each name, by key. It sets `reads` if an expression contains
+    GETC, and `observes` if it reads signals.
     """
 
     def __init__(
@@ -86,13 +89,14 @@ class ExpressionCompiler:
         self.reads = self.observes = False
 
     def global_of(self, prefix: str, value: object) -> py.expr:
-        """Add a value to the globals of the program, and return an expression with its name."""
+        """Add a value to the program's globals, and return the Python name that refers to it."""
         name = f"{prefix}_{len(self.namespace)}"
         self.namespace[name] = value
         return tree.name(name)
 
     def parameter_fields(self) -> list[str]:
-        """Return the names of the Python variables that hold the fields of each parameter's reference."""
+        """Return the names of the Python variables for the parameters: three for each, the fields of its reference
+        (real cells, location cells, key)."""
         return [f"{letter}{number}" for number in range(len(self.parameters)) for letter in "pqk"]
 
     # kinds
@@ -104,10 +108,11 @@ class ExpressionCompiler:
     # variables
 
     def place(self, variable: ast.Variable, kind: Kind | None = None) -> tuple[str, str | None, py.expr | None]:
-        """Return where a variable is stored: the Python variable with its cells, the Python variable with the cells of
-        the other kind that a bare name can have, and its key in both (None for a whole array).
+        """Return where a variable is stored, as three items: the Python variable with its cells; for a bare name, the
+        Python variable with the cells of the other possible kind (real or location), otherwise None; and the code of
+        its key (None for a whole array).
 
-        The variable has the kind that the program decides, otherwise the given `kind`, otherwise REAL.
+        The variable's kind is the one that its sigil or the analysis decides, otherwise `kind`, otherwise REAL.
         """
         self.spelling.setdefault(variable.key, variable.sigil + variable.name)
         wanted = SIGIL_KINDS.get(variable.sigil) or self.kinds.get(variable.key) or kind or Kind.REAL
@@ -141,10 +146,11 @@ class ExpressionCompiler:
         return indexes[0] if len(indexes) == 1 else tree.tuple_of(indexes)
 
     def read(self, variable: ast.Variable, kind: Kind | None = None) -> py.expr:
-        """Return the code that reads a variable. A bare name of undecided kind is looked up at run time."""
+        """Return the code that reads a variable. If its kind is unknown, the code finds it at run time. `kind`: the
+        kind that the position in the program requires, or None."""
         if kind is not None or self.kind_of(variable) is not None:
             cells, _, key = self.place(variable, kind)
-            # the indexes are not rounded here: 3.0 and 3 are the same key, and the cells round other indexes
+            # do not round the indexes: 3.0 and 3 are equal as keys, and the cells themselves round other indexes
             if variable.indexes and not variable.many:
                 indexes = [constant_index(index) or self.value(index) for index in variable.indexes]
                 key = indexes[0] if len(indexes) == 1 else tree.tuple_of(indexes)
@@ -153,14 +159,16 @@ class ExpressionCompiler:
         return tree.method(self.reference(variable), "value")
 
     def reference(self, variable: ast.Variable) -> py.expr:
-        """Return the code that makes a reference to a variable, so that it can be passed on or assigned."""
+        """Return the code that makes a Reference to a variable, through which a called program or an instruction can
+        read and assign it."""
         reference = tree.call("Reference", *self._fields(variable))
         if variable.many and variable.indexes:
             return tree.method(reference, "row", *map(self.value, variable.indexes))
         return reference
 
     def _fields(self, variable: ast.Variable) -> tuple[py.expr, ...]:
-        """Return the fields of the reference to a variable or a whole array."""
+        """Return the code of the fields of a Reference to a variable or a whole array: real (or only) cells, location
+        cells, key."""
         self.spelling.setdefault(variable.key, variable.sigil + variable.name)
         kind = SIGIL_KINDS.get(variable.sigil)
         cells = self._cells(variable, kind or Kind.REAL)
@@ -170,7 +178,8 @@ class ExpressionCompiler:
     # values
 
     def value(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
-        """Return the code for a value: a float, a str, a Transform or a tuple of joints."""
+        """Return the code of an expression; its value is a float, a str, a Transform or a tuple of joints. `wanted`:
+        the kind of a bare name that is otherwise unknown."""
         match expression:
             case ast.Number() | ast.StringConstant():
                 return tree.constant(expression.value)
@@ -191,7 +200,8 @@ class ExpressionCompiler:
         raise ProgramNotExecutable(f"{expression} has no value")
 
     def truth(self, expression: ast.Expression) -> py.expr:
-        """Return the code for a condition, which Python takes as true if the value is not 0."""
+        """Return the code of a condition: a Python expression that is true if the value of the VAL-II expression is not
+        0."""
         match expression:
             case ast.Unary(operator="NOT"):
                 return tree.not_(self.truth(expression.operand))
@@ -217,7 +227,8 @@ class ExpressionCompiler:
         return py.IfExp(self.truth(expression), tree.constant(-1.0), tree.constant(0.0))
 
     def comparison(self, left: py.expr, operator: str, right: py.expr, kind: Kind | None) -> py.expr:
-        """Return the code that compares two values. The switch UPPER decides how strings are compared."""
+        """Return the code that compares two values. For strings, the code reads the switch UPPER, which decides whether
+        case is ignored."""
         if kind is Kind.STRING:
             left, right = (tree.method(tree.name("X"), "fold_case", side) for side in (left, right))
         return tree.compare(left, _RELATIONS[operator](), right)
@@ -233,8 +244,7 @@ class ExpressionCompiler:
         if not function.arguments and contextual is None:
             constant = evaluate()
             return tree.constant(constant) if isinstance(constant, float) else self.global_of("k", constant)
-        # the table's row for each argument; if the function repeats its last argument, the last row serves all further
-        # ones
+        # pair each argument with its row in the table; if the last row repeats, it is used for all further arguments
         given, rows = call.arguments, function.arguments
         places = (argument_at(function, place) for place in range(len(given))) if function.repeats else iter(rows)
         arguments = [self.operand(item, row) for item, row in zip_longest(given, places) if row is not None]
@@ -249,7 +259,8 @@ class ExpressionCompiler:
     # operands
 
     def operand(self, expression: ast.Expression | None, argument: Argument) -> py.expr:
-        """Return the code for an argument: a value, a reference to a variable, or a keyword."""
+        """Return the code of an argument in the form that its row in the table requires: a value, a reference to a
+        variable, or a keyword."""
         if expression is None:
             return tree.constant(None)
         if argument.shape in WORDS:
@@ -267,7 +278,8 @@ class ExpressionCompiler:
         return self.in_range(expression, _WANTED.get(argument.shape, Kind.REAL))
 
     def in_range(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
-        """Return the code for a value. If the value can exceed the range of reals, the code checks it."""
+        """Return the code of an expression. If its value can exceed the range of reals, the code checks it and raises
+        an error."""
         value = self.value(expression, wanted)
         return tree.call("within_range", value) if self.may_overflow(expression) else value
 
@@ -282,7 +294,7 @@ class ExpressionCompiler:
         return False
 
     def item(self, expression: ast.Expression) -> py.expr:
-        """Return the code for an item of TYPE: a value of any kind, or a format."""
+        """Return the code of an item of TYPE: a value of any kind, or a format code."""
         if isinstance(expression, ast.Format):
             return self.global_of("k", expression)
         if isinstance(expression, ast.Variable):
@@ -290,7 +302,8 @@ class ExpressionCompiler:
         return self.in_range(expression)
 
     def definable(self, expression: ast.Expression) -> py.expr:
-        """Return the code that makes a Definable: for the target `a:b:c` the variable c and the product a:b."""
+        """Return the code that makes a Definable, the target of an instruction that defines a location. For `a:b:c` it
+        holds a reference to c and the value of a:b."""
         if isinstance(expression, ast.Binary):
             variable, before = expression.right, self.value(expression.left, Kind.LOCATION)
         else:
@@ -300,12 +313,13 @@ class ExpressionCompiler:
         return tree.call("Definable", self.reference(variable), before)
 
     def given_to_call(self, expression: ast.Expression | None) -> py.expr:
-        """Return the code for an argument of CALL: a variable is passed by reference, as a tuple because a tuple is
-        made without a call; any other expression, and a variable in parentheses, is passed by value."""
+        """Return the code of an argument of CALL. A variable is passed by reference, as a tuple of the fields, because
+        making a tuple is faster than making a Reference. Other expressions, and a variable in parentheses, are passed
+        by value."""
         if expression is None:
             return tree.constant(None)
         if isinstance(expression, ast.Variable) and not expression.grouped:
-            part = expression.many and expression.indexes  # a row of an array
+            part = expression.many and expression.indexes  # true for a row of an array: a[1,]
             return self.reference(expression) if part else tree.tuple_of(self._fields(expression))
         if self.kind_of(expression) is Kind.REAL:
             key = tree.constant(ARGUMENT)
@@ -325,13 +339,14 @@ _WANTED = {
 
 
 def constant_index(index: ast.Expression | None) -> py.Constant | None:
-    """Return the rounded value of an index that is a constant of at least 0; None for any other index."""
+    """Return the rounded value of an index if it is a numeric constant of 0 or more; None for any other index."""
     number = whole(index.value) if isinstance(index, ast.Number) else -1
     return py.Constant(number) if number >= 0 else None
 
 
 def reads(expression: ast.Expression, variable: ast.Variable) -> bool:
-    """Return whether an expression always reads a variable, or an array element with the same constant index."""
+    """Return whether an expression reads a variable each time it is evaluated. For an array element, the indexes must
+    be the same constants."""
     match expression:
         case ast.Variable():
             if expression.key != variable.key or expression.many or variable.many:
@@ -347,6 +362,6 @@ def reads(expression: ast.Expression, variable: ast.Variable) -> bool:
 
 
 def word_of(expression: ast.Expression) -> str:
-    """Return the keyword in an expression, such as a switch or a parameter, in upper case."""
+    """Return the word that an expression consists of, such as the name of a switch or parameter, in upper case."""
     text = expression.text if isinstance(expression, ast.BareWord) else getattr(expression, "name", "")
     return str(text).upper()

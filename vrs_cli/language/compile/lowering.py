@@ -1,8 +1,8 @@
-"""Convert a program's steps to a flat list of operations without blocks, whose jumps go to operation numbers.
+"""Convert a program's steps to a flat list of operations. It has no blocks, only jumps to operation numbers.
 
-The program enters each step at one operation, whether by GOTO, by EXECUTE p,,step, or from the step before. A VALUE,
-ANY or ELSE that is reached from the step before ends the branch above it. The tests of a CASE are therefore separate
-operations, which only the CASE and earlier tests enter.
+Each step has one operation at which it is entered, whether by GOTO, by EXECUTE p,,step, or from the step before. If a
+VALUE, ANY or ELSE is reached from the step before, the branch above it is finished, and the program leaves the block.
+The tests of a CASE are therefore separate operations, entered only from the CASE and from earlier tests.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from vrs_cli.language.words.instructions import DECLARATIONS, LOOP_JUMPS
 
 
 class Op(Struct, frozen=True):
-    """An operation. `step`: the index of its step, from 0."""
+    """An operation of a lowered program. `step`: the index (from 0) of the step that it carries out."""
 
     step: int
 
@@ -31,14 +31,14 @@ class Perform(Op, frozen=True):
 
 
 class Invoke(Op, frozen=True):
-    """CALL or GOSUB of a named program. `site`: the number of this call in the calling program."""
+    """A CALL or GOSUB of a named program. `site`: the number of this call among the calls in the program, from 0."""
 
     called: ast.ProgramCall
     site: int
 
 
 class Mark(Op, frozen=True):
-    """A step without action: DO, END of IF and CASE, a blank line."""
+    """A step that does nothing when executed: DO, the END of an IF or CASE, a declaration, a blank line."""
 
 
 class Finish(Op, frozen=True):
@@ -46,21 +46,21 @@ class Finish(Op, frozen=True):
 
 
 class Jumping(Op, frozen=True):
-    """An operation that may jump to the operation `target`."""
+    """An operation that may jump. `target`: the number of the operation to which it jumps."""
 
     target: int
 
 
 class Jump(Jumping, frozen=True):
-    """A jump. `counted`: True if it counts as an executed step (GOTO), False if it only marks a block (ELSE, the END of
-    WHILE)."""
+    """An unconditional jump. `counted`: True if it counts as an executed step (GOTO), False for a part of a block
+    (ELSE, the END of WHILE)."""
 
     counted: bool
 
 
 class JumpIf(Jumping, frozen=True):
-    """A jump to the target if the truth of the condition equals `when`. `first`: an instruction that is carried out
-    before the test."""
+    """A conditional jump. `when`: whether it is taken if the condition is true, or if it is false; `first`: an
+    instruction to carry out before the condition is tested."""
 
     condition: ast.Expression
     when: bool
@@ -68,7 +68,8 @@ class JumpIf(Jumping, frozen=True):
 
 
 class ForLoop(Jumping, frozen=True):
-    """The FOR or the END of a loop, which keeps the loop's limit and step in `slot`."""
+    """The FOR or END step of a loop. `slot`: the index of the pair of values in the frame that holds the loop's limit
+    and step."""
 
     statement: ast.For
     slot: int
@@ -84,14 +85,15 @@ class ForNext(ForLoop, frozen=True):
 
 
 class CaseBegin(Jumping, frozen=True):
-    """The start of a CASE: store the subject in `slot`, and go to the first test."""
+    """The start of a CASE: store the value of the subject in the frame (at index `slot`), and jump to the first
+    test."""
 
     subject: ast.Expression
     slot: int
 
 
 class CaseTest(CaseBegin, frozen=True):
-    """A test of a CASE: jump to the target if the subject equals none of the values."""
+    """The test of a VALUE: jump to the target (the next test) if the stored subject equals none of the values."""
 
     values: tuple[ast.Expression, ...]
 
@@ -99,9 +101,9 @@ class CaseTest(CaseBegin, frozen=True):
 class Lowered(Struct, frozen=True):
     """A lowered program.
 
-    `entries[step]`: the operation at which a step is entered; one more entry is for the end. `slots`: the number of
-    value pairs that are kept while the program is active (limits and steps of FOR, subjects of CASE). `calls`: the
-    calls of named programs, by their numbers.
+    `entries`: for each step, the number of the operation at which it is entered; the last entry is the end of the
+    program. `slots`: the number of pairs of values in the frame, which are kept while a call of the program is active
+    (limits and steps of FOR, subjects of CASE). `calls`: the calls of named programs, in the order of their `site`.
     """
 
     ops: tuple[Op, ...]
@@ -111,13 +113,13 @@ class Lowered(Struct, frozen=True):
 
 
 def is_silent(op: Op) -> bool:
-    """Return whether an operation does not count as a step for the driver."""
+    """Return whether an operation is not counted as an executed step."""
     return isinstance(op, Mark | Finish) or (isinstance(op, Jump) and not op.counted)
 
 
 def run_length(ops: Sequence[Op], places: range) -> int:
-    """Return how many steps, from the first of these operations, always run together: assignments, and the operation
-    after them."""
+    """Return the number of steps at the start of a range of operations that are always executed together: assignments,
+    and the operation after them. `places`: the range of operation numbers."""
     steps = 0
     for op in map(ops.__getitem__, places):
         steps += not is_silent(op)
@@ -127,19 +129,19 @@ def run_length(ops: Sequence[Op], places: range) -> int:
 
 
 class Branch(Struct, frozen=True):
-    """The two ranges of operations after an IF: `then` is carried out if the jump of the IF is not taken, `otherwise`
-    if it is."""
+    """The two parts of an IF, as ranges of operation numbers: `then` for a true condition, `otherwise` (the ELSE part,
+    which may be empty) for a false one."""
 
     then: range
     otherwise: range
 
 
-MAX_BRANCH_DEPTH = 20  # maximum number of nested branches
+MAX_BRANCH_DEPTH = 20  # maximum number of nested IFs that become an `if` of Python; deeper ones become jumps
 
 
 def leaders_of(ops: Sequence[Op], cuts: Collection[int]) -> tuple[list[int], dict[int, Branch]]:
-    """Return the operations that begin a block, including the `cuts`, and the branches by the index of their JumpIf. No
-    block begins inside a branch."""
+    """Return the numbers of the operations that begin a basic block, and the IFs that become an `if` of Python, by the
+    number of their JumpIf. No basic block begins inside such an `if`. `cuts`: operations that must begin a block."""
     jumps = [(place, op.target) for place, op in enumerate(ops) if isinstance(op, JumpIf) and op.target > place]
     branches = {place: _branch(ops, place, target) for place, target in jumps}
     around: list[Branch] = []
@@ -147,7 +149,7 @@ def leaders_of(ops: Sequence[Op], cuts: Collection[int]) -> tuple[list[int], dic
         around = [one for one in around if one.otherwise.stop > place]
         ends = [one.then.stop if place in one.then else one.otherwise.stop for one in around]
         if len(around) == MAX_BRANCH_DEPTH or branch.otherwise.stop > min(ends, default=len(ops)):
-            del branches[place]  # nested too deeply, or an IF ... GOTO that leaves the enclosing branch
+            del branches[place]  # the IF is nested too deeply, or is an IF ... GOTO out of the enclosing branch
         else:
             around.append(branch)
     while True:
@@ -166,8 +168,8 @@ def leaders_of(ops: Sequence[Op], cuts: Collection[int]) -> tuple[list[int], dic
 
 
 def _branch(ops: Sequence[Op], place: int, target: int) -> Branch:
-    """Return the two parts of a forward jump. There is an ELSE part if the first part ends with a jump past the
-    second."""
+    """Return the two parts of the IF whose JumpIf is at `place` and jumps forward to `target`. There is an ELSE part if
+    the operation before the target jumps over it."""
     last = ops[target - 1]
     if target - 1 > place and isinstance(last, Jump) and not last.counted and last.target >= target:
         return Branch(range(place + 1, target - 1), range(target, last.target))
@@ -178,12 +180,13 @@ def lower(analysis: Analysis) -> Lowered:
     return _Lowering(analysis).result()
 
 
-_TESTS = 1_000_000_000  # offset of targets: `_TESTS` plus the step number of a VALUE denotes the VALUE's test
+# added to the index of a VALUE step, this gives the target for jumps to the test of this VALUE rather than to its step
+_TESTS = 1_000_000_000
 
 
 class _Lowering:
-    """The lowering of one program. Until `result` replaces them by operations, targets are step numbers, or `_TESTS`
-    plus a step number."""
+    """A converter of one program to operations. Jump targets are first step indexes, or step indexes plus `_TESTS`;
+    `result` replaces them with operation numbers, which are known only after the last step."""
 
     def __init__(self, analysis: Analysis) -> None:
         self._steps = analysis.program.steps
@@ -238,14 +241,14 @@ class _Lowering:
         return Mark(number)
 
     def _first_middle(self, opener: int, more: int) -> int:
-        """Return the step of the first ELSE, VALUE or ANY of a block, plus `more`; the end of the block if it has
-        none."""
+        """Return the step index of the first ELSE, VALUE or ANY of a block, plus `more`; if there is none, that of the
+        block's END."""
         block = self._openers[opener]
         return block.middles[0] + more if block.middles else block.closer
 
     def _instruction(self, number: int, statement: ast.Instruction) -> Op:
         if statement.word in LOOP_JUMPS:
-            # EXIT jumps to the step after the end of the loop, NEXT to the end of the loop and its test
+            # EXIT jumps to the step after the loop; NEXT jumps to the last step of the loop, which begins the next pass
             around = (b for b in self._openers.values() if b.kind in LOOPS and b.opener < number < b.closer)
             loops = sorted(around, key=lambda block: block.opener, reverse=True)
             closer = loops[loops_of(statement) - 1].closer
@@ -269,7 +272,8 @@ class _Lowering:
         return CaseTest(number, target, case.subject, self._slots[block.opener], statement.tests)
 
     def _leave_case(self, number: int, block: Block) -> None:
-        """Make the steps before a VALUE or ANY jump to the end of the CASE."""
+        """Add a jump to the end of the CASE before a VALUE or ANY, for programs that reach it from the step above; the
+        test of the VALUE follows the jump."""
         self._ops.append(Jump(number, block.closer, counted=False))
         self._places[number + _TESTS] = len(self._ops)
 
@@ -285,7 +289,8 @@ class _Lowering:
 
 
 def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction | None]:
-    """Lower GRASP: close the hand, then test whether the fingers are closer together than the given width."""
+    """Return the condition of GRASP (the fingers are closer together than the given width), and the instruction before
+    it, which closes the hand."""
     width, span = statement.arguments[0], statement.span
     assert width is not None
     gap = ast.Call("PARAMETER", (ast.BareWord("GRASP.WIDTH", span=span),), True, span=span)

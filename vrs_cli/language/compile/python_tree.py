@@ -1,4 +1,4 @@
-"""Make Python syntax trees with small functions, so that the compiler looks like the code that it generates."""
+"""Make nodes of Python syntax trees with short functions, so that the compiler reads like the code that it makes."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any, TypeVar, cast
 _Tree = TypeVar("_Tree", bound="py.expr | py.stmt")
 
 
-FILE = "<program>"  # the file name of compiled programs in Python's messages
-_LINE, _COLUMN = 1, 0  # Python's compiler requires a line and a column, although there is no source
+FILE = "<program>"  # shown as the file name of compiled programs in Python's tracebacks
+_LINE, _COLUMN = 1, 0  # position of nodes without a line of their own, because Python's compiler requires a position
 _LOAD = py.Load()
 _BRANCHES = (py.expr, py.stmt, py.arguments, py.arg, py.excepthandler)
 
 
-@lru_cache(maxsize=1024)  # leaves never change, so that several trees share them
+@lru_cache(maxsize=1024)  # several trees can share a node, because it is never changed
 def name(identifier: str) -> py.Name:
     return _leaf(py.Name(identifier, _LOAD))
 
@@ -64,27 +64,28 @@ def assign(identifier: str, value: py.expr) -> py.Assign:
 
 
 def unpacked(identifiers: Iterable[str]) -> py.Tuple:
-    """Make the target of an assignment that unpacks a tuple."""
+    """Return the target of an assignment that unpacks a tuple into variables."""
     return py.Tuple([py.Name(identifier, py.Store()) for identifier in identifiers], py.Store())
 
 
 def parameters(names: Sequence[str], defaults: bool = False, rest: py.arg | None = None) -> py.arguments:
-    """Make the parameters of a function. `defaults`: each parameter has the variable of the same name as its default.
-    `rest`: the parameter that takes all further arguments."""
+    """Return the parameters of a function. `defaults`: give each parameter the variable of the same name as its
+    default. `rest`: the parameter that takes all further arguments."""
     values: list[py.expr] = [name(identifier) for identifier in names] if defaults else []
     return py.arguments([], [py.arg(identifier) for identifier in names], rest, [], [], None, values)
 
 
 def make_function(function: py.FunctionDef, namespace: dict[str, object]) -> Callable[..., Any]:
-    """Compile a syntax tree to a Python function. The function is not stored in its own namespace, because a server
-    would never free this reference cycle."""
+    """Compile a syntax tree to a Python function with `namespace` as its globals. The function itself is removed from
+    the namespace, because a server would not free this reference cycle (see `collect_in_small_parts`)."""
     module = py.Module([place(function)], [])
     exec(compile(module, FILE, "exec"), namespace)
     return cast("Callable[..., Any]", namespace.pop(function.name))
 
 
 def place(root: _Tree, line: int = _LINE) -> _Tree:
-    """Return a tree after giving a line and a column to every node that has none. Leaves have them from the start."""
+    """Give a position to every node of a tree that has none, and return the tree. Names and constants get their
+    position when they are made. `line`: the line number."""
     waiting: list[Any] = [root]
     while waiting:
         node = waiting.pop()
