@@ -1,10 +1,10 @@
-"""An actor: one robot to which many users send requests. Requests come from any thread; the actor does one thing at a
-time. A request is a dialogue: a generator of replies and questions. A user's requests begin in the order of their
-arrival, and users take turns, so that nobody waits for all requests of another user. An urgent request overtakes all
-others, and requests that have not begun are then refused. While a request waits, for an answer or until a program
-stops, others continue. `peek` returns when the next event is due, `step` carries out that event, and nothing happens
-between two steps. In a shell, a batch run or a test, `finish` steps until a request has ended; in a server, `serve`
-steps in a separate thread."""
+"""An actor: the executor of all requests that users send to one robot. Requests come from any thread; the actor does
+one thing at a time. A request is a dialogue: a generator of replies and questions. The requests of one user begin in
+the order of their arrival, and users take turns, so that nobody waits for all requests of another user. An urgent
+request is carried out before all others, and requests that have not begun are then refused. While a request waits, for
+an answer or for a program to stop, others continue. `peek` returns the time of the next event, `step` carries out that
+event, and nothing happens between two steps. In a shell, a batch run or a test, `finish` makes steps until a request
+has ended; in a server, `serve` makes them in a separate thread."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ from vrs_cli.values import questions, replies
 if TYPE_CHECKING:
     from vrs_cli.interfaces.tasks.driver import Driver
 
-MAX_WAITING_REQUESTS = 10_000  # maximum number of waiting requests
-GROUP_COMMIT_S = 0.02  # [s] maximum time that answers wait so that several changes are written to disk together
+MAX_WAITING_REQUESTS = 10_000  # refuse new requests while this many requests wait
+GROUP_COMMIT_S = 0.02  # [s] delay answers by this time at most, so that several changes are written to disk together
 MAX_WORK_THREADS = 3  # maximum number of threads for long work; more would slow down the robot's own thread
 LAG_CHECK_S = 0.01  # [s] time between two checks whether the users have received the output of programs (TYPE)
 T = TypeVar("T")
@@ -53,33 +53,35 @@ _Given = tuple[Ticket[Any] | None, Callable[[], None]]
 
 
 class Actor:
-    """The executor of all requests to one robot and of its due events. `internal_errors`: errors of vrs itself that
-    occurred while serving; `worked`: the CPU time of the actor's thread [s]. If many users are served, `spent` is
-    called, from any thread, with the CPU time [s] of each user's request."""
+    """The executor of all requests to one robot and of its events. `internal_errors`: errors of vrs itself that
+    occurred while serving. `worked`: the CPU time that the actor's thread has used [s]. If many users are served,
+    `spent` is called after each part of a request with its user and the CPU time used [s], in any thread."""
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
         self._inbox: Inbox[Callable[[], object]] = Inbox()  # messages from other threads
         self._waiting = Waiting()  # requests that have not begun
-        self._present: list[Ticket[Any]] = []  # requests that have begun and can continue; the last one continues first
+        self._present: list[Ticket[Any]] = []  # requests that have begun and can continue, the next one last
         self._running: list[Ticket[Any]] = []  # requests that wait until a program has stopped
         self._asking: list[Ticket[Any]] = []
-        self._beside: list[Ticket[Any]] = []  # requests whose work is done in another thread
+        self._beside: list[Ticket[Any]] = []  # requests that wait for work in another thread
         self._at_work: Ticket[Any] | None = None  # the request that is running now
-        self._behind: frozenset[object] = frozenset()  # users who have not yet taken their replies
+        self._behind: frozenset[object] = frozenset()  # users who have not yet received their replies
         self._questions = count(1)
-        self._time_first = False  # whether time advances before the next request begins
-        self._look = False  # whether a program that other requests wait for may have stopped
-        self._rests = self._stopped = False  # whether everything is stopped; whether that stopped the clock, too
+        # whether the clock must advance before the next request begins, so that programs continue
+        self._time_first = False
+        self._look = False  # whether a program may have stopped, so that requests waiting for it must be resumed
+        self._rests = self._stopped = False  # whether `rest` has stopped everything; whether it has paused the clock
         self._answers: list[_Given] = []  # replies to send once the changes that they report are on disk
-        self._since = inf  # [s] real time at which the first of these replies was ready
+        self._since = inf  # [s] real time since which the first of these replies has waited
         self._beat: Callable[[], float | None] | None = None  # periodic callback of the robot
         self._beats_at = inf  # [s] time of its next call, by the robot's clock
         self.internal_errors: list[Exception] = []
         self.worked = 0.0
         self.spent: Callable[[object, Ticket[Any], float], None] = lambda _by, _ticket, _seconds: None
         self._stepping = Lock()
-        self._works: SimpleQueue[tuple[Ticket[Any], Work] | None] = SimpleQueue()  # None ends a worker thread
+        # work for other threads; a thread that gets None ends
+        self._works: SimpleQueue[tuple[Ticket[Any], Work] | None] = SimpleQueue()
         self._workers = 0
         self._server: Thread | None = None
         self._closed = False
@@ -94,7 +96,8 @@ class Actor:
         self, dialogue: Dialogue[T], *, urgent: bool = False, by: object = None, outlet: Outlet | None = None
     ) -> Ticket[T]:
         """Queue a dialogue as a request. Its replies and result are collected in the ticket, or passed to the outlet.
-        `by`: the user who sent the request. While another thread works for that user, the user's next request waits."""
+        `urgent`: carry it out before all others. `by`: the user who sent it. While another thread works on a request of
+        this user, the user's next request waits."""
         ticket = Ticket(dialogue, by, outlet, self._inbox.put, self._react, self._withdraw)
         if self._closed:
             ticket.end(None, RequestRefused("the robot is not driven any more"))
@@ -106,17 +109,17 @@ class Actor:
         return ticket
 
     def call(self, act: Callable[[], T], *, urgent: bool = False) -> Ticket[T]:
-        """Queue a function as a request. No other request changes anything while the function runs."""
+        """Queue a function as a request. No other request can change anything while the function runs."""
         return self.submit(quietly(act), urgent=urgent)
 
     def tell(self, give: Callable[[], None]) -> None:
-        """Deliver a message of the robot itself, after all replies queued so far. Call only within a step of the
-        robot."""
+        """Queue a message of the robot itself, to be delivered by `give` after all replies queued so far. Call only
+        within a step of the robot."""
         self._answers.append((None, give))
 
     def let_wait(self, by: object) -> None:
-        """Hold back the requests of a user who has not taken the replies, until `let_go_on` is called. May be called
-        from any thread."""
+        """Let the requests of a user wait until `let_go_on` is called, because the user has not received the replies
+        yet. Any thread may call this method."""
         self._behind = self._behind | {by}
 
     def let_go_on(self, by: object) -> None:
@@ -125,13 +128,13 @@ class Actor:
             self.wake()
 
     def repeat(self, beat: Callable[[], float | None]) -> None:
-        """Install the periodic callback, replacing the old one. The callback returns its next due time in real time
-        [s], or None to end. Call only within a step of the robot."""
+        """Install the periodic callback, replacing the previous one. The callback returns the time of its next call by
+        the robot's clock [s], or None to end. Call only within a step of the robot."""
         self._beat, self._beats_at = beat, self._driver.engine.clock.reached
 
     def rest(self, rests: bool) -> None:
-        """Stop programs, motions and the clock, or let them continue. Requests are carried out in both cases. May be
-        called from any thread."""
+        """Stop programs, motions and the clock (True), or let them continue (False). Requests are carried out in both
+        cases. Any thread may call this method."""
         self._inbox.put(partial(self._rest, rests))
 
     def _rest(self, rests: bool) -> None:
@@ -148,16 +151,17 @@ class Actor:
 
     @property
     def has_requests(self) -> bool:
-        """Return whether there is an unfinished request that waits neither for a program nor for an answer."""
+        """Return whether a request can begin or continue now, because it waits neither for a program nor for an
+        answer."""
         return bool(len(self._inbox) or self._present or self._ready)
 
     @property
     def lets_time_pass(self) -> bool:
-        """Return whether any request waits for a program to stop."""
+        """Return whether a request waits for a program to stop; only then may `step` advance a virtual clock."""
         return bool(self._running)
 
     def peek(self) -> float:
-        """Return when the next event is due [s]: now if a request can continue, infinity if nothing will happen without
+        """Return the time of the next event [s]: now if a request can continue, infinity if nothing will happen without
         a new request."""
         clock = self._driver.engine.clock
         if len(self._inbox) or self._present or self._ready or (self._running and self._look):
@@ -169,8 +173,8 @@ class Actor:
         return due if passes or due <= clock.reached else inf
 
     def step(self) -> None:
-        """Carry out the next event; if none is due, wait for an event or a request. Only one thread may step at a
-        time."""
+        """Carry out the next event; if there is none now, wait for an event or a request. Raises RuntimeError if
+        another thread is in a step."""
         if not self._stepping.acquire(blocking=False):
             raise RuntimeError("another thread drives this robot: wait for the ticket")
         try:
@@ -202,8 +206,8 @@ class Actor:
             self._stepping.release()
 
     def finish(self, ticket: Ticket[T], terminal: Terminal) -> T:
-        """Step until a request has ended, and return its result. The terminal shows its replies and asks its questions.
-        Raises the error of the request."""
+        """Make steps until a request has ended. Return its result. The terminal shows the replies and asks the
+        questions of the request. Raises the error of the request."""
         try:
             while not ticket.done():
                 time_goes_on = bool(self._running)
@@ -219,8 +223,8 @@ class Actor:
 
     @staticmethod
     def put(said: replies.Reply | questions.Question | Running, ticket: Ticket[Any], terminal: Terminal) -> None:
-        """Show a reply or ask a question at the terminal. An error of the terminal is raised inside the request, which
-        may continue."""
+        """Show a reply or ask a question at the terminal. An error of the terminal is raised inside the dialogue of the
+        request, which may handle it and continue."""
         try:
             if isinstance(said, questions.Question):
                 ticket.answer(said.id, terminal.ask(said))
@@ -232,7 +236,7 @@ class Actor:
             ticket.throw(error, said.id if isinstance(said, questions.Question) else 0)
 
     def serve(self) -> None:
-        """Run the actor in a separate thread until `close`."""
+        """Make the steps of the actor in a separate thread, until `close` is called."""
         self._server = Thread(target=self._serve, name="robot", daemon=True)
         self._server.start()
 
@@ -240,12 +244,12 @@ class Actor:
         while not self._closed:
             try:
                 self.step()
-            except Exception as error:  # an error in a task for which no user waits; it has ended the task
+            except Exception as error:  # an error in a task for which no user waits; the task has been stopped
                 self.internal_errors.append(error)
             self.worked = time.thread_time()
 
     def close(self) -> None:
-        """Stop the actor. Unfinished requests are refused."""
+        """Stop the actor. Requests that have not ended are refused."""
         self._inbox.put(self._end_all)
         if self._server is not None:
             self._server.join()
@@ -258,16 +262,17 @@ class Actor:
 
     @property
     def _ready(self) -> Ticket[Any] | None:
-        """Return the next request to begin. Skip users with untaken replies, or with work in another thread."""
+        """Return the next request to begin; None if there is none. Users who have not received their replies, and users
+        for whom another thread works, must wait."""
         return self._waiting.next({ticket.by for ticket in self._beside if ticket.by is not None} | self._behind)
 
     def _line_runs(self) -> bool:
-        """Return whether a prompt line is running that makes other requests wait."""
+        """Return whether a prompt line is moving the arm, so that other requests must wait."""
         line = self._driver.tasks.get(PROMPT_LINE)
         return line is not None and line.running
 
     def _wait(self) -> None:
-        """Wait until the next event is due or a message arrives."""
+        """Wait until the time of the next event, or until a message arrives."""
         due = self.peek()
         if due == inf:
             self._inbox.wait(None)
@@ -275,7 +280,8 @@ class Actor:
             self._driver.engine.clock.wait(due)
 
     def _happen(self) -> None:
-        """Advance time to the next due event, and resume the requests that wait for programs."""
+        """Advance the clock to the next event of programs and carry it out; then resume the requests that wait for
+        programs."""
         error: BaseException | None = None
         try:
             if self._driver.waits_for_users:
@@ -290,14 +296,14 @@ class Actor:
         self._go_on_all(error)
 
     def _go_on_all(self, error: BaseException | None = None) -> None:
-        """Resume the requests that waited for a program that has stopped."""
+        """Resume the requests that wait for programs; those whose programs have stopped end, the others wait again.
+        `error`: raise it inside these requests."""
         for ticket in tuple(self._running):
             ticket.reaction = ticket.reaction if error is None else error
             self._go_on(ticket)
 
     def _work(self, ticket: Ticket[Any]) -> None:
-        """Carry out the next part of a request, and charge its CPU time to the user. A robot's only user is not
-        charged."""
+        """Carry out the next part of a request, and report the CPU time used to `spent` if many users are served."""
         if self._server is None:
             self._go_on(ticket)
             return
@@ -306,7 +312,7 @@ class Actor:
         self.spent(ticket.by, ticket, time.thread_time() - begun)
 
     def _go_on(self, ticket: Ticket[Any]) -> None:
-        """Carry out the next part of a request."""
+        """Carry out the next part of a request, and queue its reply, its question or its end."""
         self._move(None, ticket)
         self._at_work, reaction, ticket.reaction = ticket, ticket.reaction, None
         dialogue = ticket.dialogue
@@ -314,7 +320,7 @@ class Actor:
             said = dialogue.throw(reaction) if isinstance(reaction, BaseException) else dialogue.send(reaction)
         except StopIteration as over:
             self._answers.append((ticket, partial(ticket.end, over.value)))
-        except BaseException as error:  # raised again for the user who waits for the result
+        except BaseException as error:  # the ticket raises it again for the user who waits for the result
             self._answers.append((ticket, partial(ticket.end, None, error)))
         else:
             self._take_said(ticket, said)
@@ -322,7 +328,7 @@ class Actor:
             self._at_work = None
 
     def _move(self, place: list[Ticket[Any]] | Waiting | None, ticket: Ticket[Any]) -> None:
-        """Move a request to another queue; with None, remove it from its queue."""
+        """Move a request to another queue. None: only remove it from its queue."""
         if ticket.place is not None:
             ticket.place.remove(ticket)
         ticket.place = place
@@ -331,8 +337,8 @@ class Actor:
 
     @property
     def at_work(self) -> Ticket[Any] | None:
-        """Return the request that the robot is working on: the one that is running now, or the one whose prompt line is
-        being carried out."""
+        """The request that the actor is working on: the one whose dialogue is running, or the one whose prompt line is
+        being carried out; None if there is none."""
         if self._at_work is not None:
             return self._at_work
         line = self._driver.tasks.get(PROMPT_LINE)
@@ -341,7 +347,7 @@ class Actor:
         return next((ticket for ticket in self._running if ticket.by is line.driven_by), None)
 
     def _take_said(self, ticket: Ticket[Any], said: Said) -> None:
-        """Queue a request that has yielded a reply or question, and deliver that reply or question to its user."""
+        """Put a request that has yielded `said` into the right queue, and queue the reply or question for its user."""
         if isinstance(said, Work):
             self._work_beside(ticket, said)
             return
@@ -354,8 +360,8 @@ class Actor:
             self._answers.append((ticket, partial(ticket.say, said)))
 
     def _work_beside(self, ticket: Ticket[Any], it: Work) -> None:
-        """Do work in another thread if many users are served; otherwise do it in this thread, because nobody else
-        waits."""
+        """Let another thread do the work of a request if many users are served. Otherwise do it at once, because nobody
+        else waits."""
         if self._server is None:
             it.run()
             self._move(self._present, ticket)
@@ -367,7 +373,7 @@ class Actor:
             Thread(target=self._work_on, name="beside", daemon=True).start()
 
     def _work_on(self) -> None:
-        """Do the queued work. This runs in a separate thread."""
+        """Do the queued work of requests. This method is the loop of a worker thread."""
         while (one := self._works.get()) is not None:
             self._do_beside(*one)
             del one  # keep no reference to finished work while waiting for more
@@ -379,8 +385,8 @@ class Actor:
         self._inbox.put(partial(self._end_work, ticket))
 
     def _give_answers(self) -> None:
-        """Write changes to disk, then answer the users who commanded them, then notify all other users. If several
-        changes are to be written together, first carry out the changes that are already requested."""
+        """Write changes to the disk, then send the replies that report them, then notify all other users. If several
+        changes are to be written together, do nothing until requests that have already arrived are carried out."""
         journal = self._driver.engine.book.journal
         if journal is not None and journal.unsettled:
             now = time.monotonic()
@@ -412,14 +418,14 @@ class Actor:
         return bool(acts)
 
     def _overtake(self, ticket: Ticket[Any]) -> None:
-        """Begin an urgent request before all others; refuse requests that have not begun."""
+        """Begin an urgent request at once, and refuse all requests that have not begun."""
         for waiting in self._waiting.all():
             self._end(waiting, RequestRefused("the robot was stopped before it began", "give it again"))
         self._move(self._present, ticket)
 
     def _react(self, ticket: Ticket[Any], reaction: Reaction, question: int) -> None:
-        """Process the answer to the question with this id. Id 0: process an error in showing a reply, which may arrive
-        late."""
+        """Let a request continue with the answer to the question with the id `question`. Id 0: with an error that
+        occurred while a reply was shown. An answer to an earlier question is ignored."""
         asks = ticket.place is self._asking
         if ticket.place is None or (question and not (asks and question == ticket.asked)):
             return
@@ -442,7 +448,7 @@ class Actor:
             self._end(ticket, RequestRefused("the robot is not driven any more"))
 
     def _end(self, ticket: Ticket[Any], why: VrsError) -> None:
-        """End a request early. Its dialogue is closed and can clean up."""
+        """End a request early with the error `why`. Its dialogue is closed, and can clean up."""
         self._move(None, ticket)
         try:
             ticket.dialogue.close()

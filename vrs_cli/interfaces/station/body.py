@@ -1,6 +1,6 @@
-"""The body of one robot (the real or simulated arm that executes the motions): which client is the body, its reports,
-and its orders. The reports are compared with the timeline; alarms cause a reaction; RESYNC makes the body and the
-timeline agree again. All methods of `RobotBody` may be called from any thread."""
+"""The body of one robot (the real or simulated arm that executes the motions): which client acts as the body, its
+reports of measured joints, and its orders. The reports are compared with the timeline; if they differ, an alarm starts
+a reaction. RESYNC makes the body and the timeline agree again. Any thread may call the methods of `RobotBody`."""
 
 from __future__ import annotations
 
@@ -25,17 +25,18 @@ if TYPE_CHECKING:
     from vrs_cli.twin.divergence import DivergenceWatch
 
 
-SILENT = 3.0  # [s] time without a report after which the robot's joints count as unknown
-AHEAD = 10.0  # [s] maximum time by which a report may be ahead of the robot's clock; no clock is wrong by more
-PAST = 3600.0  # [s] maximum age of a report
-MAX_GAPS = 100  # maximum number of remembered gaps in the report numbers
-RATE_WINDOW = 5.0  # [s] period over which the rate of reports is computed
-STANDS_FOR = 0.05  # [s] time without motion after which a holding body counts as being at rest
-STILL = 1e-3  # [rad, m] tolerance for no motion; larger changes are not noise
+SILENT = 3.0  # [s] if no report arrives for this time, the joints of the body count as unknown
+AHEAD = 10.0  # [s] refuse reports with a later time than the robot's clock plus this: no clock is that wrong
+PAST = 3600.0  # [s] refuse reports that are older than this
+MAX_GAPS = 100  # remember at most this many ranges of missing report numbers
+RATE_WINDOW = 5.0  # [s] compute the rate of reports over this period
+STANDS_FOR = 0.05  # [s] a body that was ordered to hold counts as at rest if it has not moved for this time
+STILL = 1e-3  # [rad, m] a joint that changes by less has not moved: the change is noise
 
 
 def check_time(t: float, now: float) -> None:
-    """Check the time of a report [s] against `now`, the time of the robot's clock. Raises IllegalValue."""
+    """Check that the time `t` of a report [s] is possible at `now`, the time of the robot's clock [s]. Raises
+    IllegalValue."""
     if not now - PAST <= t <= now + AHEAD:
         raise IllegalValue(
             f"a report of {t:g} s, when the robot's clock is at {now:.3f} s",
@@ -45,8 +46,8 @@ def check_time(t: float, now: float) -> None:
 
 
 class BodyChange(Struct, frozen=True):
-    """A change of the body: the client `name` becomes the body (empty: none), in place of the client `before`. Its
-    `order`, to follow or to hold, applies from the time `at` [s]."""
+    """A change of the body. `name`: the client that acts as the body from now on (empty: none); `before`: the client
+    that did before. `order`: to follow the timeline or to hold, from the time `at` [s] on."""
 
     name: str
     before: str
@@ -59,8 +60,8 @@ BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | repli
 
 
 class ClockSeen(Struct, frozen=True):
-    """The clock of a body. `offset`: how far it is ahead of the robot's clock [s]; `drift`: how much that offset grows
-    per second. `delay`: the age of the body's reports on arrival [s]."""
+    """The measured clock of a body. `offset`: how far it is ahead of the robot's clock [s]; `drift`: the growth of this
+    offset per second. `delay`: the age of the body's reports on arrival [s]."""
 
     offset: float = 0.0
     drift: float = 0.0
@@ -68,19 +69,20 @@ class ClockSeen(Struct, frozen=True):
 
 
 class ReportNumbers:
-    """The numbers of the received reports, and gaps between them. `next`: the number after the highest received one;
-    `lost`: how many of the numbers before that are missing."""
+    """The numbers of the received reports. `next`: the highest received number plus 1; `lost`: how many lower numbers
+    are missing. Ranges of missing numbers are called gaps."""
 
     def __init__(self, next: int) -> None:
         self.next, self.lost = next, 0
         self._gaps: deque[range] = deque(maxlen=MAX_GAPS)
 
     def new(self, first: int, reports: Sequence[measured.Report]) -> Sequence[measured.Report]:
-        """Return those of the reports, numbered from `first`, whose numbers are new."""
+        """Return those reports that have not been received before. `first`: the number of the first one of
+        `reports`."""
         return [one for number, one in enumerate(reports, first) if number >= self.next or self._gap(number)]
 
     def note(self, first: int, count: int) -> None:
-        """Record that `count` reports have arrived, numbered from `first`."""
+        """Record that `count` reports with the numbers from `first` on have arrived."""
         if first > self.next:
             self._gaps.append(range(self.next, first))
             self.lost += first - self.next
@@ -92,17 +94,17 @@ class ReportNumbers:
         self.next = max(self.next, first + count)
 
     def _gap(self, number: int) -> range | None:
-        """Return the gap that contains a missing number; None if the number is not missing."""
+        """Return the gap (range of missing numbers) that contains a number; None if the number is not missing."""
         return next((gap for gap in self._gaps if number in gap), None)
 
 
 class RobotBody:
-    """The body of a robot. `record`: all measurements. `name`: the client that is the body, empty if there is none;
-    only this client may report. `order`: the body's order, to follow or to hold, given at `ordered_at` [s]. `clock`:
-    the measured offset, drift and delay of its clock.
+    """The body of a robot. `record`: all measurements. `name`: the client that acts as the body; empty if none does.
+    Only this client may send reports. `order`: to follow the timeline or to hold, since the time `ordered_at` [s].
+    `clock`: the measured offset, drift and delay of its clock.
 
-    The functions in `told` are called with each change, alarm and RESYNC, in the thread in which it occurs;
-    `record.listeners` are called with the accepted reports. `now` is the robot's clock [s].
+    The functions in `told` are called with each change, alarm and RESYNC, in the thread in which it occurs. Those in
+    `record.listeners` are called with the accepted reports. `now` returns the time of the robot's clock [s].
     """
 
     def __init__(
@@ -113,27 +115,28 @@ class RobotBody:
         self.order, self.ordered_at = measured.BodyMode.FOLLOWS, 0.0
         self.clock = ClockSeen()
         self.told: list[Callable[[BodyNews], None]] = []
-        self.reporter = ""  # client that sent the last report
+        self.reporter = ""  # name of the client that sent the last report
         self._lock = Condition()
         self._begin(0)
 
     def _begin(self, first: int) -> None:
-        """Start counting at the report with this number."""
+        """Forget all reports. `first`: the number of the report expected next."""
         self._numbers, self._counts = ReportNumbers(first), measured.ReportCounts()
         self._mode = measured.BodyMode.FOLLOWS
         self._last: float | None = None  # [s] time of the newest report
-        # first report after which the body has not moved while stopped
+        # first report since which the body has not moved, while it holds or is stopped
         self._stood: measured.Report | None = None
-        # newest report at the same position, if the body has been at rest for long enough
+        # newest report at that position, once the body has been at rest for STANDS_FOR
         self._stands: measured.Report | None = None
-        self._arrivals: deque[tuple[float, int]] = deque()  # arrival times by the wall clock [s], and counts
+        # arrivals of reports: the time by the wall clock [s], and the number of reports
+        self._arrivals: deque[tuple[float, int]] = deque()
         self._heard_at: float | None = None
 
     # --- the client that is the body ---
 
     def embody(self, name: str, first: int = 0) -> int:
-        """Make a client the body. Return the number of the report that it must send next, which is `first` unless it
-        was already the body. Raises RequestRefused if another client is the body."""
+        """Let a client act as the body. Return the number of the report that the client must send next: `first`, or the
+        next number if this client already acts as the body. Raises RequestRefused if another client does."""
         with self._lock:
             if self.name not in ("", name):
                 raise RequestRefused(f"{self.name} is the body", "it gives that back, or BODY RELEASE takes it away")
@@ -144,7 +147,7 @@ class RobotBody:
             return self._numbers.next
 
     def leave(self, name: str) -> bool:
-        """Record that a client is no longer the body. Return whether it was the body."""
+        """Record that a client no longer acts as the body. Return whether it did before."""
         with self._lock:
             if not name or self.name != name:
                 return False
@@ -160,10 +163,10 @@ class RobotBody:
     def take(
         self, reports: Sequence[measured.Report], first: int | None = None, name: str = ""
     ) -> measured.ReportCounts:
-        """Add reports to the record, and count them by their treatment. The first report has the number `first`;
-        without `first`, the reports get the next numbers. Raises RequestRefused if the client is not the body. Raises
-        IllegalValue for values that cannot be joints of this robot or, from a client, times of its clock; then no
-        report is added."""
+        """Add reports to the record. Return how many were received, late, duplicate or reordered. `first`: the number
+        of the first report; None: the next number. Raises RequestRefused if the client `name` does not act as the body.
+        Raises IllegalValue, and adds no report, for values that cannot be joints of this robot, and for impossible
+        times of a client."""
         with self._lock:
             self.check_is(name)
             if name:
@@ -183,7 +186,7 @@ class RobotBody:
             return found
 
     def check_is(self, name: str) -> None:
-        """Check that a client is the body. Raises RequestRefused if it is not."""
+        """Check that a client acts as the body. Raises RequestRefused if it does not."""
         if name != self.name:
             is_body = f"{self.name} is the body" if self.name else "nobody is the body"
             raise RequestRefused(f"a report of {name or 'this process'}, but {is_body}", "be the body first")
@@ -209,7 +212,7 @@ class RobotBody:
         self._lock.notify_all()
 
     def check_reports(self) -> None:
-        """Check that the body sends reports, or has just become the body. Raises RequestRefused if not."""
+        """Check that the body sends reports, or has only just become the body. Raises RequestRefused."""
         last, since = self._last, self.unknown_since
         if last is None and not self.name:
             raise RequestRefused(
@@ -220,8 +223,9 @@ class RobotBody:
             raise RequestRefused(f"nothing was measured since {since:.3f} s", "wait until the body reports again")
 
     def standing(self, within: float) -> measured.Report:
-        """Wait until the body is at rest, by order or for its own reason, and return a report of its position. Without
-        a client, return the last report of the body without waiting. Raises RequestRefused after `within` seconds."""
+        """Wait until the body is at rest, because of an order or by itself. Return a report of its position. If no
+        client acts as the body, return the last report without waiting. Raises RequestRefused if the body is not at
+        rest after `within` seconds."""
         with self._lock:
             if not self.name and not self.reporter:
                 newest = self.record.view
@@ -242,7 +246,7 @@ class RobotBody:
     # --- orders and news ---
 
     def command(self, order: measured.BodyMode, at: float | None = None) -> None:
-        """Order the body to follow the timeline or to hold, from the time `at` on; None: from now on."""
+        """Order the body to follow the timeline or to hold, from the time `at` [s] on; None: from now on."""
         with self._lock:
             self.order, self.ordered_at = order, self.now() if at is None else at
             if order is measured.BodyMode.FOLLOWS:
@@ -250,7 +254,7 @@ class RobotBody:
             self.tell(BodyChange(self.name, self.name, order, self.ordered_at))
 
     def tell(self, news: BodyNews) -> None:
-        """Inform all listeners of an alarm, the reaction to it, or a change of the body."""
+        """Inform all listeners of an alarm, a failed reaction to one, a RESYNC or a change of the body."""
         for tell in self.told:
             tell(news)
 
@@ -258,7 +262,7 @@ class RobotBody:
 
     @property
     def view(self) -> measured.BodySeen | None:
-        """The known state of the body; None if there is no body and there were no reports."""
+        """The known state of the body; None if no client acts as the body and there has been no report."""
         with self._lock:
             if not self.name and self._last is None:
                 return None
@@ -284,21 +288,22 @@ class RobotBody:
 
     @property
     def unknown_since(self) -> float | None:
-        """Return the time since which there have been no measurements [s]; None while reports arrive, or if there never
-        were any."""
+        """The time of the last report [s] if reports no longer arrive; None while they do, or if there has never been
+        one."""
         with self._lock:
             silent = self._heard_at is not None and self._wall() - self._heard_at > SILENT
             return self._last if silent or (self._last is not None and not self.name) else None
 
 
-PARAMETER = "DIVERGENCE"  # name of the parameter that selects the OnAlarm reaction
-STANDS_WITHIN = 5.0  # [s] maximum time for a body that was ordered to hold to stop and report it
-# [s] maximum time for an order to reach the body: DELAYS times the delay of reports, plus MARGIN
+PARAMETER = "DIVERGENCE"  # name of the parameter that selects the reaction to an alarm (`OnAlarm`)
+STANDS_WITHIN = 5.0  # [s] a body that was ordered to hold must stop, and report that, within this time
+# [s] an order reaches the body after at most DELAYS times the delay of its reports, plus MARGIN
 DELAYS, MARGIN = 2.0, 0.1
-SETTLES = 1.0  # [s] additional time for a body to start moving, after it has connected or was ordered to follow
-NEAR = 5e-3  # [rad, m] a body at rest within this distance of the timeline follows it without RESYNC
-AGAIN_AFTER = 10.0  # [s] an alarm sooner after RESYNC than this shows that RESYNC does not help
-# causes of a difference that RESYNC removes; a blocked joint or a payload would remain
+# [s] extra time without alarms for a body to start moving, after it has connected or was ordered to follow
+SETTLES = 1.0
+NEAR = 5e-3  # [rad, m] a body at rest that is nearer to the timeline than this can follow it without RESYNC
+AGAIN_AFTER = 10.0  # [s] after an alarm within this time after RESYNC, do not try RESYNC again: it did not help
+# causes of a difference for which RESYNC helps; a blocked joint or a payload would cause a new difference
 PASSING = frozenset(
     (
         *(measured.DivergenceCause.STOPPED, measured.DivergenceCause.OTHER_COMMANDER),
@@ -308,11 +313,13 @@ PASSING = frozenset(
 
 
 class DivergenceGuard:
-    """The alarm handler of a robot: compares the reports of `body` with the timeline, and reacts to an alarm as set by
-    PARAMETER DIVERGENCE. Reports may arrive in any thread, one after the other. `timeline` returns the robot's
-    timeline, in any thread. `alarm`: the last alarm, while the body still differs. `settle` processes everything that
-    is due by now, `stop` stops motion and programs, `runs` returns whether a program is running. `ask` queues a
-    dialogue of the robot itself, from any thread; an urgent dialogue precedes all others."""
+    """The alarm handler of a robot. It compares the reports of `body` with the timeline, and reacts to an alarm as set
+    by PARAMETER DIVERGENCE.
+
+    Reports may arrive in any thread, but not in two at the same time. `timeline` returns the robot's timeline, in any
+    thread. `alarm`: the last alarm, as long as the body still differs. `settle` carries out all events up to now,
+    `stop` stops motion and programs, `runs` returns whether a program is running. `ask` queues a dialogue of the robot
+    itself, from any thread; if its second argument is true, the dialogue precedes all others."""
 
     def __init__(
         self,
@@ -328,9 +335,9 @@ class DivergenceGuard:
         self._settle, self._stop, self._runs, self.ask = settle, stop, runs, ask
         self._watch: DivergenceWatch | None = None
         self._last: measured.DivergenceAlarm | None = None
-        self._due = False  # whether an automatic RESYNC waits for the body to move again
-        self._entered = -inf  # [s] time at which a client became the body
-        self._synchronised = -inf  # [s] time of the last automatic RESYNC
+        self._due = False  # whether an automatic RESYNC waits until the body is no longer stopped (emergency stop)
+        self._entered = -inf  # [s] when a client began to act as the body
+        self._synchronised = -inf  # [s] when the last automatic RESYNC ended
         body.told.append(self._hear)
 
     @property
@@ -355,7 +362,8 @@ class DivergenceGuard:
             self._watch = DivergenceWatch(self._engine.arm)
         timeline, body = self._timeline(), self._body
         for report in reports:
-            # a body may stand still if it was ordered to hold, or has just connected, or was just ordered to follow
+            # raise no alarm for a body at rest that was ordered to hold, has just connected, or was just ordered to
+            # follow
             since = max(body.ordered_at, self._entered)
             holds = body.order is measured.BodyMode.HOLDS or report.t < since + DELAYS * body.clock.delay + SETTLES
             if (alarm := self._watch.take(timeline, report, ordered=holds)) is not None:
@@ -365,7 +373,7 @@ class DivergenceGuard:
             self.ask(self._resync_by_itself(), False)
 
     def _raise(self, alarm: measured.DivergenceAlarm) -> None:
-        """Report an alarm, and carry out the reaction that is set."""
+        """Report an alarm, and start the reaction that PARAMETER DIVERGENCE selects."""
         self._last = alarm
         self._body.tell(alarm)
         what = self.on_alarm
@@ -378,7 +386,7 @@ class DivergenceGuard:
         self._due = what is measured.OnAlarm.RESYNC and first and alarm.cause in PASSING
 
     def _hear(self, what: object) -> None:
-        """Order a new body to hold until RESYNC, if the reaction that is set requires this."""
+        """Order a new body to hold until the automatic RESYNC, if PARAMETER DIVERGENCE selects RESYNC."""
         if isinstance(what, BodyChange) and what.name != what.before:
             self._watch, self._due, self._entered = None, False, self._body.now()
             if what.name and self.on_alarm is measured.OnAlarm.RESYNC:
@@ -390,14 +398,14 @@ class DivergenceGuard:
     def resync(
         self, *, stops: bool, issued: float | None, check: Callable[[], object]
     ) -> Dialogue[measured.ResyncReport]:
-        """Make the body hold, move the robot to the body's position, then on to the robot's earlier target (unless
-        `stops`), and make the body follow again. `check` is called again when the body is at rest. Raises
-        RequestRefused, MotionError, PowerOff; the body then still holds."""
+        """Order the body to hold; move the robot of the timeline to the body's position, and from there to its earlier
+        target (unless `stops`); order the body to follow again. `check`: checks that RESYNC is allowed, and is called
+        again when the body is at rest. Raises RequestRefused, MotionError, PowerOff; the body then still holds."""
         body = self._body
         body.check_reports()
         body.command(measured.BodyMode.HOLDS)
         report = yield from beside(lambda: body.standing(STANDS_WITHIN))
-        self._settle()  # time has passed during the wait
+        self._settle()  # carry out the events of the time spent waiting
         check()
         if report.mode is measured.BodyMode.STOPPED and not stops:
             raise RequestRefused(
@@ -411,7 +419,7 @@ class DivergenceGuard:
         return done
 
     def _resync_by_itself(self) -> Dialogue[None]:
-        """Carry out an automatic RESYNC. A body that is where the robot is follows at once."""
+        """Carry out an automatic RESYNC. If the body is already where the timeline ends, only order it to follow."""
 
         def check() -> None:
             if self._runs():
@@ -428,7 +436,7 @@ class DivergenceGuard:
         self._synchronised = (yield from self.resync(stops=False, issued=None, check=check)).until
 
     def telling(self, dialogue: Dialogue[None]) -> Dialogue[None]:
-        """Carry out a dialogue of the robot itself, and report its error if it fails."""
+        """Carry out a dialogue of the robot itself. If it fails, report the error as news of the body."""
         try:
             yield from dialogue
         except VrsError as error:

@@ -1,5 +1,5 @@
-"""Compare the memory with files: the contents of a loaded file (programs, analysed together with those in memory, and
-variables), and the programs and variables that are in no file."""
+"""The contents of program files compared with the memory: the programs of a loaded file, analysed together with those
+in memory, its variables, and the programs and variables in memory that are in no file."""
 
 from __future__ import annotations
 
@@ -24,15 +24,16 @@ from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
 from vrs_cli.values.numbers import Value
 
 NO_PROGRAMS: Mapping[str, ast.Program] = MappingProxyType({})
-LONG_TEXT = 1000  # [characters] minimum length of a text that another thread parses
-LONG_PROGRAM = 100  # minimum number of steps of a program that another thread compiles
-# rounding of an axis component above which it is reported; rounding to single precision is smaller
+LONG_TEXT = 1000  # [characters] let another thread parse longer texts
+LONG_PROGRAM = 100  # let another thread compile or edit programs with more steps
+# warn if the axes of a transformation are rounded by more than this; rounding to single precision is smaller
 LEAST_TOLD = 1e-6
 
 
 class LoadedFile(Struct, frozen=True):
-    """The contents of a file. `variables`: the variables of the sections without mistakes. `diagnostics`: the mistakes
-    found by the analysis of the file."""
+    """The contents of a program file. `file`: the parsed file; `layout`: its comments and blank lines; `variables`: the
+    variables of sections without mistakes; `programs`: the analysed programs; `diagnostics`: the mistakes that the
+    analysis found."""
 
     file: ast.File
     layout: Layout
@@ -44,15 +45,16 @@ class LoadedFile(Struct, frozen=True):
     def of(
         cls, file: ast.File, text: str, memory: Memory, *, vplus: bool, beside: Mapping[str, ast.Program] = NO_PROGRAMS
     ) -> Self:
-        """Analyse a file. `memory`: a copy of the memory, to which the file's variables are added. `beside`: the
-        programs, by key, of files that are loaded together with it."""
+        """Analyse a file. `memory`: a copy of the memory; the file's variables are added to it. `vplus`: whether words
+        of V+ are allowed. `beside`: the programs, by key, of files that are loaded together with this one."""
         programs = {part.key: part for part in file.parts if isinstance(part, ast.Program)}
         variables, diagnostics = Variables(memory.units), list[Diagnostic]()
         for section in file.parts:
             if isinstance(section, ast.Section):
                 its, found = variables_of(section, memory.units)
                 diagnostics += found
-                memory.take(its)  # define the variables of faulty sections too, so that their uses are not reported
+                # define variables of sections with mistakes, too, so that their uses are not reported as undefined
+                memory.take(its)
                 if section.whole and first_error(found) is None:
                     variables.take(its)
         everything = {key: stored.program for key, stored in memory.programs.items()} | {**beside, **programs}
@@ -69,8 +71,8 @@ class LoadedFile(Struct, frozen=True):
 
 
 def variables_of(section: ast.Section, units: JointUnits) -> tuple[Variables, tuple[Diagnostic, ...]]:
-    """Return the variables of a section with their values, and the diagnostics: wrong values, and the maximum rounding
-    of a transformation."""
+    """Return the variables of a section with their values, and diagnostics: for wrong values, and for the
+    transformation whose axes were rounded most."""
     variables, found = Variables(units), list[Diagnostic]()
     rounded = list[tuple[float, ast.Entry]]()
     for entry in section.entries:
@@ -95,57 +97,59 @@ def variables_of(section: ast.Section, units: JointUnits) -> tuple[Variables, tu
 
 
 State = tuple[int, Mapping[str, ast.Program]]
-MAX_COMPARED_STEPS = 1000  # maximum number of steps of a program whose old version is kept for a comparison
+MAX_COMPARED_STEPS = 1000  # keep the file version of a program for comparison only if it has at most this many steps
 
 
 def _keep_reference(program: ast.Program) -> Callable[[], ast.Program | None]:
-    """Return a function that returns a program as stored in its file, or None if it was long and has been replaced in
-    memory: only a weak reference to a long program is kept."""
+    """Return a function that returns the program, or None if it is long and no longer in memory: only a weak reference
+    to a long program is kept, to save memory."""
     return ref(program) if len(program.steps) > MAX_COMPARED_STEPS else lambda: program
 
 
 class Unstored:
-    """The programs and variables in memory that are in no file. Variables that programs change are ignored unless a
-    user changed them first, because the programs can compute them again. Variables are compared when they change, and
-    only after `watch`. `asked_about`: whether a user who leaves is asked about unsaved programs and variables."""
+    """The programs and variables in memory that are in no file. Variables that only programs have changed are ignored,
+    because the programs can compute them again. Variables are compared with files only after `watch` was called.
+    `asked_about`: whether a user who leaves is asked about unsaved programs and variables."""
 
     asked_about = True
 
     def __init__(self, environment: Environment) -> None:
         self._environment = environment
-        self._programs: dict[str, Callable[[], ast.Program | None]] = {}  # the file versions of programs
-        self._different: WeakSet[StoredProgram] = WeakSet()  # programs that differ from the version in their files
-        self._values: dict[Item, Value] = {}  # the values of variables in their files
+        self._programs: dict[str, Callable[[], ast.Program | None]] = {}  # programs as they are in their files
+        self._different: WeakSet[StoredProgram] = WeakSet()  # programs that differ from those in their files
+        self._values: dict[Item, Value] = {}  # values of variables in their files
         self._items: set[Item] = set()
         self._changed: set[Item] = set()  # variables that changed since the last comparison
-        self._before: Mapping[Item, Value] | None = None  # values at the start of the running program
+        # values when the running program began; None if none is running
+        self._before: Mapping[Item, Value] | None = None
         self._version = 0
         self._news: set[Item] = set()
 
     def watch(self) -> None:
-        """Start to record which variables change."""
+        """Start to record which variables change, to compare them with files later."""
         self._environment.note_changes(self._changed)
 
     # --- questions about unsaved work ---
 
     def state(self) -> State:
-        """Return a value that stays equal as long as no variable and no program changes."""
+        """Return a value that stays equal until a variable or a program changes."""
         self._look()
         return self._version, {key: stored.program for key, stored in self._environment.programs.items()}
 
     def programs(self) -> list[str]:
-        """Return the names of the programs that are in no file."""
+        """Return the names of the programs that are in no file, or differ from their files."""
         return [one.name for key, one in self._environment.programs.items() if self._differs(key, one)]
 
     def items(self, *kinds: Kind) -> list[Item]:
-        """Return the variables of some kinds (by default of all kinds) that are in no file."""
+        """Return the variables that are in no file, or have other values there. `kinds`: only variables of these kinds;
+        default: all."""
         self._look()
         values = ((item, self._environment.value(item)) for item in self._items)
         return [item for item, value in values if value is not None and (not kinds or kind_of_value(value) in kinds)]
 
     @property
     def fresh(self) -> bool:
-        """Return whether `news` has variables to return."""
+        """Return whether `news` may return variables."""
         return bool(self._news or self._changed)
 
     def news(self) -> set[Item]:
@@ -155,7 +159,7 @@ class Unstored:
         return news
 
     def _look(self) -> None:
-        """Compare the changed variables with their values in files."""
+        """Compare the variables that have changed with their values in files."""
         self._version += bool(self._changed)
         self._news |= self._changed
         for item in self._changed:
@@ -177,7 +181,7 @@ class Unstored:
     # --- notes about files and changes ---
 
     def programs_stored(self, programs: Iterable[ast.Program]) -> None:
-        """Record that these programs are in a file."""
+        """Record that a file now contains these programs."""
         there = self._environment.programs
         for program in programs:
             self._programs[program.key] = _keep_reference(program)
@@ -189,7 +193,7 @@ class Unstored:
         self._programs = {key: of_file for key, of_file in self._programs.items() if key in self._environment.programs}
 
     def values_loaded(self, values: Mapping[Item, Value]) -> None:
-        """Record that these variables have received these values from a file."""
+        """Record that these variables have just received these values from a file."""
         noted = self._changed.intersection(values)
         self._version += bool(noted)
         self._news |= noted
@@ -198,24 +202,24 @@ class Unstored:
         self._values |= values
 
     def values_stored(self, values: Mapping[Item, Value]) -> None:
-        """Record that these variables are in a file with these values."""
+        """Record that a file now contains these variables with these values."""
         self._changed.update(item for item, value in values.items() if self._values.get(item) != value)
         self._changed |= self._items & values.keys()
         self._values |= values
 
     @property
     def of_program(self) -> bool:
-        """Return whether changes made now come from a running program instead of the user."""
+        """Return whether changes made now count as changes by a running program, not by a user."""
         return self._before is not None
 
     def begin_run(self) -> None:
-        """Record that a program begins to run: the changes that it makes need not be stored."""
+        """Record that a program begins to run: its changes of variables need not be stored."""
         self._look()
         self._environment.note_changes(None)
         self._before = self._environment.values()
 
     def end_run(self) -> None:
-        """Record that the program has stopped, or that a user makes changes while it runs."""
+        """Record that the program has stopped, or that changes now come from a user while the program runs."""
         if self._before is None:
             return
         before, after, self._before = self._before, self._environment.values(), None

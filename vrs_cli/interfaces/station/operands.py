@@ -1,5 +1,5 @@
-"""Handlers of monitor commands, their operands (values of expressions, words typed at the prompt), and the questions
-asked before a program, a variable or a file is lost."""
+"""The registry of handlers of monitor commands, functions that evaluate the operands of commands (values of
+expressions, words typed at the prompt), and the questions asked before a program, a variable or a file is lost."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
 
 NO_REPORT = ("no body has reported", "a body reports to a server: vrs body; in Python: r.report(t, joints)")
-MAX_ROWS = 100_000  # maximum number of rows in a table of times
-MAX_NAMES = 10  # maximum number of programs or variables named in a question
-LONG_LIST = 100  # minimum number of programs or variables that another thread lists
+MAX_ROWS = 100_000  # refuse to make a table of times with more rows
+MAX_NAMES = 10  # name at most this many programs or variables in a question
+LONG_LIST = 100  # let another thread list more programs or variables than this
 PLACES = (values.Kind.LOCATION, values.Kind.PRECISION)
 
 
@@ -36,8 +36,8 @@ HANDLERS: dict[str, Handler] = {}  # handlers by the names of their commands
 
 
 def handles(*names: str, **settings: object) -> Callable[[H], H]:
-    """Return a decorator that makes a function the handler of these monitor commands; the handler is called with these
-    `settings`. Raises KeyError for a name without a row in `COMMANDS`."""
+    """Return a decorator that makes a function the handler of the monitor commands `names`. The handler is called with
+    `settings` as additional arguments. Raises KeyError for a name without a row in `COMMANDS`."""
 
     def register(handler: H) -> H:
         HANDLERS.update({monitor.COMMANDS[name].name: partial(handler, **settings) for name in names})
@@ -50,7 +50,8 @@ def handles(*names: str, **settings: object) -> Callable[[H], H]:
 
 
 def real(station: Station, expression: Expression) -> float:
-    """Return the current value of a real expression. Raises TypeMismatch for another kind of value, ProgramError."""
+    """Return the current value of a real expression. Raises TypeMismatch for another kind of value, and
+    ProgramError."""
     found = runtime.evaluate(station.environment, station.engine, expression)
     if not isinstance(found, float):
         raise TypeMismatch(f"a {values.kind_of_value(found).value}", "a real is wanted here")
@@ -58,29 +59,29 @@ def real(station: Station, expression: Expression) -> float:
 
 
 def evaluator(station: Station, expression: Expression) -> Callable[[], numbers.Value]:
-    """Return a function that evaluates an expression in the context of the stopped program."""
+    """Return a function that evaluates an expression with the variables of the robot program."""
     watched = runtime.WatchedExpression(station.environment, station.engine, expression)
     return lambda: watched.value(own_variables(station))
 
 
 def own_variables(station: Station) -> Mapping[str, variables.Reference]:
-    """Return the arguments and the AUTO and LOCAL variables of the stopped program, by key."""
+    """Return the arguments and the AUTO and LOCAL variables of the robot program (usually stopped), by key."""
     return {} if station.task is None else station.task.own
 
 
 def operand(it: Instruction, index: int) -> Expression | None:
-    """Return an argument by its index from 0; None if the argument was left out."""
+    """Return the argument with an index from 0; None if it was left out."""
     return it.arguments[index] if index < len(it.arguments) else None
 
 
 def real_or(station: Station, it: Instruction, index: int, default: float) -> float:
-    """Return the value of a real argument; the default if it was left out."""
+    """Return the value of the real argument with an index from 0; `default` if it was left out."""
     given = operand(it, index)
     return default if given is None else real(station, given)
 
 
 def moment(station: Station, it: Instruction) -> float:
-    """Return the time given by AT t or IN dt; otherwise the current time [s]."""
+    """Return the time given by AT t or IN dt [s]; the current time if none is given."""
     at, within = it.modifiers.at, it.modifiers.within
     if at is not None:
         return real(station, at)
@@ -88,7 +89,7 @@ def moment(station: Station, it: Instruction) -> float:
 
 
 def word(expression: Expression | None) -> str:
-    """Return a file name, a program name or another bare word as typed. Raises NoProgramSpecified if there is none."""
+    """Return a bare word (a file name, a program name) as typed. Raises NoProgramSpecified if there is none."""
     if isinstance(expression, BareWord):
         return expression.text
     if isinstance(expression, Variable | Call | ProgramCall):
@@ -97,7 +98,7 @@ def word(expression: Expression | None) -> str:
 
 
 def word_or(it: Instruction, index: int, default: str = "") -> str:
-    """Return a word among the arguments; the default if it was left out."""
+    """Return the word at an index among the arguments; `default` if it was left out."""
     given = operand(it, index)
     return default if given is None else word(given)
 
@@ -107,17 +108,17 @@ def words(it: Instruction) -> list[str]:
 
 
 def path_of(station: Station, it: Instruction) -> Path:
-    """Return the path of the file that the first argument names. Raises FileError, FileOutside."""
+    """Return the path of the file named by the first argument. Raises FileError, FileOutside."""
     return station.folder.path(word(operand(it, 0)))
 
 
 def has_times(it: Instruction) -> bool:
-    """Return whether FROM, TO or STEP was given."""
+    """Return whether a command has FROM, TO or STEP."""
     return any(operand(it, index) is not None for index in (1, 2, 3))
 
 
 def times(station: Station, it: Instruction) -> Iterator[float]:
-    """Yield the times of FROM t1 TO t2 STEP dt, and the exact end time [s]. Raises IllegalValue."""
+    """Yield the times t1, t1 + dt ... of FROM t1 TO t2 STEP dt, and t2 itself [s]. Raises IllegalValue."""
     first = real_or(station, it, 1, 0.0)
     last = real_or(station, it, 2, station.engine.end)
     if last < first:
@@ -132,7 +133,7 @@ def times(station: Station, it: Instruction) -> Iterator[float]:
 
 
 def is_measured(operand: Expression | None) -> bool:
-    """Return whether an operand is the word MEASURED, which stands for the measured robot instead of a part or a
+    """Return whether an operand is the word MEASURED, which selects the measured robot instead of a part or a
     branch."""
     return isinstance(operand, BareWord) and operand.text.upper() == monitor.MEASURED
 
@@ -141,8 +142,8 @@ def is_measured(operand: Expression | None) -> bool:
 
 
 def may_delete(station: Station, question: str) -> Dialogue[bool]:
-    """Ask whether something may be deleted, and inform the user if it is kept. After DISABLE INTERACTIVE, return True
-    without asking."""
+    """Ask whether something may be deleted. If not, tell the user that nothing is deleted. After DISABLE INTERACTIVE
+    return True without asking."""
     answer = yield from ask_yes_no(station, f"{question} Are you sure (Y/N)?")
     if answer is False:
         yield replies.Message("Nothing is deleted")
@@ -154,8 +155,8 @@ def may_delete(station: Station, question: str) -> Dialogue[bool]:
 
 
 def ask_yes_no(station: Station, question: str) -> Dialogue[bool | None]:
-    """Ask a yes/no question, and return the answer; None if nobody answers. After DISABLE INTERACTIVE, return True
-    without asking."""
+    """Ask a yes/no question. Return the answer; None if nobody answers. After DISABLE INTERACTIVE return True without
+    asking."""
     if not station.engine.settings.switch("INTERACTIVE"):
         return True
     answer = yield questions.Confirmation(question)
@@ -164,8 +165,8 @@ def ask_yes_no(station: Station, question: str) -> Dialogue[bool | None]:
 
 @handles("EXIT", "QUIT")
 def leave(station: Station, _it: Instruction | None = None) -> Dialogue[None]:
-    """End the session. If a person is the robot's only user, ask first about running and unsaved programs; a robot with
-    other users continues with everything in its memory."""
+    """End the session. A person who is the only user of the robot is first asked about running and unsaved programs. A
+    robot with other users continues, and keeps its memory."""
     if (
         station.user_state.attended
         and station.user_state is station.own_user_state
@@ -185,22 +186,22 @@ def leave(station: Station, _it: Instruction | None = None) -> Dialogue[None]:
 
 
 def name_some(what: str, names: list[str]) -> str:
-    """Return a text such as `program pick` or `locations a, b`. If there are many names, give the first few and the
-    number of the others."""
+    """Return a text such as `program pick` or `locations a, b`. If there are many names, it has the first ones and the
+    number of the remaining ones."""
     more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
     return f"{what}{'s' if len(names) > 1 else ''} {', '.join(names[:MAX_NAMES])}{more}"
 
 
 def may_replace(station: Station, program: str) -> Dialogue[bool | None]:
-    """Return whether a program of that name may be stored: there is none yet, or the user agrees to replace it. Return
-    None if nobody answers."""
+    """Return whether a program may be stored under a name: none has the name yet, or the user agrees to replace it.
+    Return None if nobody answers."""
     there = values.key_of(program) in station.programs
     return not there or (yield from ask_yes_no(station, f"Program {program} exists. Replace it (Y/N)?"))
 
 
 def may_write(station: Station, path: Path) -> Dialogue[None]:
-    """Ask before overwriting a file. Raises FileExists if the user does not agree or nobody answers, FileError if the
-    file is the journal of this session."""
+    """Ask before a file is overwritten. Raises FileExists if the user does not agree or nobody answers, FileError if
+    the file is the journal of this session."""
     journal = station.journal
     if journal is not None and path.exists() and journal.exists() and path.samefile(journal):
         raise FileError(f"{path} holds all of this session already, and is being written", "name another file")

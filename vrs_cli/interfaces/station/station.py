@@ -51,8 +51,9 @@ R = TypeVar("R")
 
 
 class Conditions(Struct, frozen=True):
-    """Conditions for one call: limits, the folder of the files, the cell, and inputs that change at times [s] from the
-    start of the call. None: as set for the robot."""
+    """The conditions of one call. `limits`: the limits of programs; `folder`: the folder of their files; `cell`: the
+    cell around the robot; `inputs`: inputs that change at times [s] counted from the start of the call. None: as set
+    for the robot."""
 
     limits: Limits | None = None
     folder: opening.Folder | None = None
@@ -61,18 +62,20 @@ class Conditions(Struct, frozen=True):
 
 
 class LineStopped(KeyboardInterrupt):
-    """Raised when a prompt line was stopped before its end by Ctrl-C or ABORT."""
+    """Raised when Ctrl-C or ABORT has stopped a prompt line before its end."""
 
 
 class Station:
     """One robot with its programs, variables and clock.
 
-    `terminal` shows messages of the robot itself. `driver` runs the tasks of the robot. `task` is the robot program
-    that is running or ran last, `last_program` its name. `user_state`: the state of the user who is being served;
-    `own_user_state`: the state of a user who is alone with the robot. `body`: reports of the measured robot;
-    `divergence` watches it. `lease`: the right to drive; None: all users may drive. `folder`: the folder of the files;
-    `close` completes the files written by programs. `outside`: the peers to which programs may connect; by default
-    none.
+    - `terminal` shows messages of the robot itself. `driver` runs the tasks of the robot.
+    - `task` is the robot program that is running or ran last; `last_program` is its name.
+    - `user_state`: the state of the user who is being served. `own_user_state`: the state of the user of a robot that
+      has only one.
+    - `body`: the reports of the real or simulated arm; `divergence` compares them with the timeline.
+    - `lease`: the right to drive; None: all users may drive.
+    - `folder`: the folder of the files. `close` completes the files written by programs.
+    - `outside`: the TCP peers and serial lines to which programs may connect; by default none.
     """
 
     def __init__(
@@ -97,7 +100,7 @@ class Station:
         self.environment = Environment(units=self.units)
         self.programs = self.environment.programs
         self.unstored = loaded_file.Unstored(self.environment)
-        if terminal.attended:  # with several users, nobody is asked about unsaved work
+        if terminal.attended:  # only a person at a terminal is asked about unsaved work, so only then record changes
             self.unstored.watch()
         self.limits, self.folder = limits, folder
         self.driver = Driver(self.engine, terminal, self.environment, folder, outside, advice)
@@ -114,7 +117,7 @@ class Station:
         )
         self.engine.measured.listeners.append(self.divergence.take)
         self.tasks.told = self._tell
-        self.close = finalize(self, self.driver.devices.close_all)  # called automatically at the end of the process
+        self.close = finalize(self, self.driver.devices.close_all)  # `finalize` also calls it at the end of the process
         self.engine.postponed.append(lambda it: self._warn(it.sentence))
         self.engine.turned.append(self._warn_turned)
         self.contacts = ContactWatch(self.engine, self._around, self._warn)
@@ -128,14 +131,14 @@ class Station:
         self.pulled = hand.DragState()  # who drags the tool, and how well it follows
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = store.Layout()
-        # folder for the files of programs that begin now, if it is not `folder`
+        # folder for the files of programs that begin now; None: `folder`
         self._given: opening.Folder | None = None
-        self.home = folder  # folder to which CD returns without an argument; CD never leads out of a closed folder
-        # starts writing the session to a file (None: stops), and returns the previous file; raises FileError
+        self.home = folder  # CD without an argument returns to this folder; CD cannot leave it if it is closed
+        # starts to write a log of the session to a file (None: stops), and returns the previous file; raises FileError
         self.log: Callable[[Path | None], Path | None] | None = None
         # draws a plot into a file, if this robot can draw
         self.draw: Callable[[Path, replies.Plot], None] | None = None
-        self.journal: Path | None = None  # file to which all motions are written when they are commanded
+        self.journal: Path | None = None  # file to which each motion is written when it is commanded
 
     @property
     def task(self) -> runtime.Task | None:
@@ -143,8 +146,8 @@ class Station:
         return None if track is None else track.task
 
     def change_folder(self, folder: opening.Folder) -> None:
-        """Change the folder for the files of commands, and for files that programs open from now on. A program with a
-        closed folder keeps that folder."""
+        """Change the folder for the files of commands, and for files that programs open from now on. A program that was
+        started with a closed folder keeps that folder."""
         self.folder = folder
         if not folder.closed:
             self.driver.disk.folder = folder
@@ -154,16 +157,17 @@ class Station:
     @collector.pause_collector()
     def load_text(self, text: str, name: str = "") -> tuple[diagnostics.Diagnostic, ...]:
         """Store the programs and variables of a file in memory. Return all mistakes in the file. `name`: the name of
-        the file, used for steps without a heading. A program with mistakes is stored, but cannot be executed. Programs
-        of the same name are replaced. Raises ProgramInterlocked if one of these is on the stack of a task."""
+        the file, which names a program that has no .PROGRAM heading. A program with mistakes is stored, but cannot be
+        executed. Programs of the same name are replaced. Raises ProgramInterlocked if a task is executing one of
+        them."""
         loaded = at_once(self.read_file(text, name))
         self.take(loaded)
         return loaded.diagnostics
 
     @collector.pause_collector()
     def load_texts(self, texts: Sequence[tuple[str, str]]) -> tuple[loaded_file.LoadedFile, ...]:
-        """Store files that share a name space in memory, each given by its text and its name (as in `load_text`).
-        Return the contents of each, in the order of the files. Raises ProgramInterlocked."""
+        """Store several files in memory that share a name space, each given by its text and its name (as in
+        `load_text`). Return their contents, in the order of the files. Raises ProgramInterlocked."""
         read = [parser.parse_file(text, self.dialect, name=name, remembered=False) for text, name in texts]
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         programs: dict[str, ast.Program] = {}
@@ -184,8 +188,8 @@ class Station:
         return tuple(loaded)
 
     def read_file(self, text: str, name: str = "") -> Dialogue[loaded_file.LoadedFile]:
-        """Parse a file and analyse it together with the memory, as preparation for `take`. `name`: the name of the
-        file, used for steps without a heading. Raises ProgramInterlocked."""
+        """Parse a file and analyse it together with the memory, before `take` stores it. `name`: the name of the file,
+        which names a program that has no .PROGRAM heading. Raises ProgramInterlocked."""
         long, dialect = len(text) > loaded_file.LONG_TEXT, self.dialect
         file, unreadable = yield from beside_if(
             long, lambda: parser.parse_file(text, dialect, name=name, remembered=False)
@@ -197,13 +201,13 @@ class Station:
         return structs.replace(found, diagnostics=(*unreadable, *found.diagnostics))
 
     def _memory(self) -> Memory:
-        """Return a copy of the memory, including the variables of the cell, for checking other programs."""
+        """Return a copy of the memory and the variables of the cell, for the analysis of other programs."""
         memory = self.environment.copy()
         self.driver.cell.fill(memory)
         return memory
 
     def take(self, loaded: loaded_file.LoadedFile) -> None:
-        """Store the contents of a file in memory all at once. Raises ProgramInterlocked."""
+        """Store the contents of a file in memory in one step. Raises ProgramInterlocked."""
         self._check_free(loaded.file)
         self.environment.take(loaded.variables)
         self.layout = self.layout.with_file(loaded.layout)
@@ -211,13 +215,13 @@ class Station:
 
     def _check_free(self, file: ast.File) -> None:
         if all(track.task.is_over for track in self.tasks):
-            return  # check all programs at once: there may be 40,000
+            return  # no program is in use, so do not check each program: there may be 40,000
         for part in file.parts:
             if isinstance(part, ast.Program):
                 self.check_free(part.name)
 
     def keep(self, program: ast.Program, text: str) -> Dialogue[tuple[diagnostics.Diagnostic, ...]]:
-        """Store one program in memory, replacing the one of the same name. `text` is its source. Return its
+        """Store a program in memory in place of the program of the same name. `text`: its source. Return its
         mistakes."""
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         loaded = yield from beside_if(
@@ -237,8 +241,8 @@ class Station:
         return track is not None and track.running
 
     def check_free(self, program: str) -> None:
-        """Check that a program is not on the stack of a task, because such a program cannot be changed. Raises
-        ProgramInterlocked if it is."""
+        """Check that no task is executing a program, directly or in a CALL, because such a program cannot be changed.
+        Raises ProgramInterlocked."""
         if (track := self.tasks.uses(program)) is not None:
             number = "" if track.number == ROBOT_PROGRAM else f" {track.number}"
             clears = f"{{ABORT{number}}}, then {{KILL{number}}}" if track.running else f"{{KILL{number}}}"
@@ -257,13 +261,14 @@ class Station:
         limits: Limits | None = None,
         all_tasks: bool = False,
     ) -> results.RunResult:
-        """Run a program to its end at the terminal; `all_tasks`: run all other tasks to their ends too. Raises the
-        errors of `begin`; an error in the program is reported in the result."""
+        """Run a program to its end at the terminal. `all_tasks`: also run all other tasks to their ends. Raises the
+        errors of `begin`; the result contains an error that occurs in the program."""
         return self.converse(self.wait(self.begin(program, arguments, cycles, step), limits, all_tasks=all_tasks))
 
     def compile_program(self, program: str | None, *, everywhere: bool = False) -> Dialogue[None]:
-        """Compile a program (by default the last one) and the programs that it calls; another thread compiles long
-        ones. `everywhere`: the program may be entered at any step. Errors are reported when the program begins."""
+        """Compile a program (by default the last one) and the programs that it calls, before it is started. Another
+        thread compiles long programs. `everywhere`: also allow a start at any step. Errors are reported when the
+        program begins."""
         programs = dict(self.programs)
         first = programs.get(values.key_of(program or self.last_program or ""))
         if first is None or sum(len(one.program.steps) for one in programs.values()) <= loaded_file.LONG_PROGRAM:
@@ -271,8 +276,8 @@ class Station:
         yield from self._compile_callable([first.program], programs, everywhere=first.program if everywhere else None)
 
     def _compiled_for_tasks(self, loaded: loaded_file.LoadedFile) -> Dialogue[None]:
-        """Compile the long programs of a file in another thread, so that tasks may call them as soon as they are
-        stored."""
+        """Compile the long programs of a file in another thread before they are stored, because running tasks may call
+        them immediately afterwards."""
         tasks = [track.task for track in self.tasks if not track.task.is_over]
         if not tasks or all(len(one.program.steps) <= loaded_file.LONG_PROGRAM for one in loaded.programs):
             return
@@ -287,7 +292,8 @@ class Station:
         programs: Mapping[str, StoredProgram],
         everywhere: ast.Program | None = None,
     ) -> Dialogue[None]:
-        """Compile, in another thread, the long ones among some programs and all programs that they may call."""
+        """Compile in another thread the long programs among `callers` and all programs that these may call.
+        `everywhere`: the program that may be started at any step."""
         known = {key: stored.program for key, stored in programs.items()}
         found = yield from beside(lambda: store.may_be_called(callers, known))
         needed = dict.fromkeys(one.key for one in found if len(one.steps) > loaded_file.LONG_PROGRAM)
@@ -308,9 +314,9 @@ class Station:
         *,
         primed: bool = False,
     ) -> Track:
-        """Start a program (by default the last one); call `wait` or `let_run` next. `primed`: the program stops before
-        its first step, and `resume` continues it. Raises NoProgramSpecified, UndefinedName, ProgramNotExecutable,
-        ArgumentMismatch, TaskActive, ClockPaused."""
+        """Start a program (by default the last one); the caller must then call `wait` or `let_run`. `primed`: the
+        program stops before its first step, and `resume` continues it. Raises NoProgramSpecified, UndefinedName,
+        ProgramNotExecutable, ArgumentMismatch, TaskActive, ClockPaused."""
         if (name := program or self.last_program) is None:
             raise errors.NoProgramSpecified("there is no last program", "{EXECUTE name}")
         task = self._task(name, arguments, cycles, step)
@@ -326,7 +332,8 @@ class Station:
     def start(
         self, number: int, program: str, arguments: runtime.Arguments = (), cycles: int = 1, step: int = 1
     ) -> None:
-        """Start a task that runs whenever time advances. Raises TaskActive, and the errors of `begin`."""
+        """Start a task; it runs whenever the clock advances. `number`: the number of the task. Raises TaskActive, and
+        the errors of `begin`."""
         self.tasks.start(number, self._task(program, arguments, cycles, step), self._given)
         self.settle()
 
@@ -345,9 +352,9 @@ class Station:
             raise errors.ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "{CLOCK GO} lets it go on")
 
     def resume(self, *, retry: bool = False, stepping: Stepping | None = None) -> Track:
-        """Continue a program that was paused, aborted, primed or stopped by an error, at its next step. `retry`: repeat
-        the step that failed or was interrupted. `stepping`: carry out one step only. Raises NoProgramSpecified,
-        TaskActive, ClockPaused."""
+        """Continue the robot program after it was paused, aborted, primed or stopped by an error, at its next step.
+        `retry`: repeat the step that failed or was interrupted. `stepping`: carry out one step only. Raises
+        NoProgramSpecified, TaskActive, ClockPaused."""
         self._clock_runs()
         try:
             track = self.tasks.proceed(ROBOT_PROGRAM, retry=retry)
@@ -357,13 +364,14 @@ class Station:
         return track
 
     def converse(self, dialogue: Dialogue[R]) -> R:
-        """Carry out a dialogue at the terminal."""
+        """Carry out a dialogue: the terminal shows its replies and asks its questions. Return its result."""
         return self.actor.finish(self.actor.submit(dialogue), self.terminal)
 
     def wait(
         self, track: Track, limits: Limits | None = None, *, all_tasks: bool = False
     ) -> Dialogue[results.RunResult]:
-        """Wait until a program that was started has stopped; `all_tasks`: until all tasks have stopped."""
+        """Wait until a started program has stopped. `all_tasks`: until all tasks have stopped. Return the result of the
+        program."""
         self._changes_by_program(True)
         try:
             result = yield from self.driver.run(track, limits or self.limits, all_tasks=all_tasks)
@@ -373,18 +381,20 @@ class Station:
         return result
 
     def _then(self, track: Track) -> Callable[[results.RunResult], None] | None:
-        """Return the function to call when a program ends whose user has left; None if the program must stop now."""
+        """Return the function to call at the end of a program whose user has left; None if the user is still present,
+        so that the program must stop now."""
         who = track.driven_by
         return (lambda _result: self._reset_settings(track)) if isinstance(who, UserState) and who.left else None
 
     def watch_over(self) -> Dialogue[None]:
-        """Advance time for a program for which no user waits, until it stops or asks a question."""
+        """Advance the clock for a program for which no user waits, until the program stops or asks a question."""
         while self.running and not self.driver.questions():
             yield Slice.RUNNING
         self.settle()
 
     def let_run(self, track: Track, ended: Callable[[results.RunResult], None]) -> None:
-        """Let a started program run whenever time advances, without a waiting user; `ended` is called at its end."""
+        """Let a started program run whenever the clock advances, without a waiting user. `ended` is called at its
+        end."""
 
         def over(result: results.RunResult) -> None:
             self._changes_by_program(False)
@@ -396,32 +406,34 @@ class Station:
         self.settle()
 
     def _changes_by_program(self, begin: bool) -> None:
-        """Record that a program begins or ends changing variables, because changes by a program need not be stored."""
+        """Record that a running program changes variables from now on (`begin`), or no longer: changes by a program
+        need not be stored."""
         if self.terminal.attended:
             self.unstored.begin_run() if begin else self.unstored.end_run()
 
     def _reset_settings(self, track: Track) -> None:
-        """Reset SPEED and similar settings after a program, so that the prompt has the settings with which every
-        program starts."""
+        """Reset SPEED and similar settings after a program, so that the prompt uses the same settings as a starting
+        program."""
         if track.task.is_over:
             for setting in effects.CYCLE_SETTINGS:
                 self.engine.perform(setting)
 
     def settle(self, until: float | None = None) -> None:
-        """Let the other tasks react to changes; process everything that is due in real time now, or by the time
-        `until`."""
+        """Let the tasks carry out all events up to the time `until` [s], by default the current time of the clock."""
         self.driver.settle(until)
 
     def _warn(self, text: str) -> None:
         self.terminal.show(replies.Message(text, replies.Tone.WARNING))
 
     def _around(self) -> tuple[world.CellScene, World | None]:
-        """Return the scene around the robot, and its world."""
+        """Return the scene around the robot (parts, fixtures and sensors of its cell) and the world that computes their
+        states; None instead of the world if the scene is empty."""
         scene = self.driver.cell.scene
         return scene, None if scene.empty else self.driver.world
 
     def _warn_turned(self, it: engine.ToolTurning) -> None:
-        """Warn once that the tool rotates, as in every motion to a location that was not taught."""
+        """Warn, only once, that this arm turns the tool away from the orientation of a target, because it has too few
+        joints."""
         self.engine.turned.remove(self._warn_turned)
         joints, off = self.engine.model.joint_count, f"{degrees(it.angle):.1f} deg off what is asked"
         self._warn(
@@ -429,7 +441,7 @@ class Station:
         )
 
     def _tell(self, one: results.StoppedTask) -> None:
-        """Report the end of a task other than the robot program."""
+        """Report that a task other than the awaited one has stopped with an error."""
         fault = one.fault
         self.terminal.show(
             replies.ProgramStopped(
@@ -438,9 +450,9 @@ class Station:
         )
 
     def interrupt(self, user_state: UserState | None = None) -> bool:
-        """Stop, before its next step, the program or line for which a user is waiting. `user_state`: only if it is this
-        user. Return False if nobody waits, or if a line is being read (then its reader must be stopped). Safe to call
-        in a signal handler."""
+        """Stop the program or line for which a user is waiting, before its next step. `user_state`: only if this user
+        is waiting. Return False if nobody is waiting, or if a line is being read (its reader must then be stopped).
+        Signal handlers may call this method."""
         waited = self.driver.awaited
         if waited is None or (user_state is not None and waited.driven_by is not user_state):
             return False
@@ -449,7 +461,7 @@ class Station:
         return not self.driver.asking
 
     def abort(self) -> None:
-        """Stop the program and the prompt line; brake now, and drop all scheduled motions."""
+        """Stop the robot program and the prompt line, brake immediately, and drop all scheduled motions."""
         for user_state in self._user_states:
             user_state.interrupted = user_state.interrupted or user_state is not self.user_state
         self._abort((PROMPT_LINE, ROBOT_PROGRAM))
@@ -463,7 +475,7 @@ class Station:
         self.settle()
 
     def stop(self) -> None:
-        """Stop everything (emergency stop): do what `abort` does, and stop all other tasks."""
+        """Stop everything (emergency stop): as `abort`, and also all other tasks."""
         self._abort([track.number for track in self.tasks.running])
 
     def _abort(self, tasks: Iterable[int]) -> None:
@@ -476,8 +488,8 @@ class Station:
             self.settle(self.engine.end)
 
     def resync(self, *, stops: bool) -> Dialogue[measured.ResyncReport]:
-        """Make the body and the timeline agree again (RESYNC). Raises UsageError while a program runs or on a branch,
-        RequestRefused, MotionError."""
+        """Make the body (the real or simulated arm) and the timeline agree again (RESYNC). Raises UsageError on a
+        branch other than main and while a program runs, RequestRefused, MotionError."""
         if self.branches.present != branches.MAIN:
             raise errors.UsageError("RESYNC moves what the body follows, which is main", f"BRANCH {branches.MAIN}")
 
@@ -489,12 +501,13 @@ class Station:
         return (yield from self.divergence.resync(stops=stops, issued=self.user_state.issued, check=check))
 
     def serve(self) -> None:
-        """Serve a user on the branch where this user was last; while a program is running, stay on the current
+        """Put the branch in place that the current user used last; while a task is running, stay on the current
         branch."""
         self.branches.serve(self.user_state, stay=any(self.tasks.running))
 
     def leave(self, user_state: UserState) -> None:
-        """Forget a user who has left, including a branch and a program that only this user needs."""
+        """Forget a user who has left: the editor, the role as driver of tasks, and a branch that only this user
+        needs."""
         own = self.user_state
         user_state.editor = user_state.on_screen = user_state.last_statement = None
         for track in self.tasks:
@@ -506,34 +519,34 @@ class Station:
 
     @property
     def elsewhere(self) -> bool:
-        """Return whether a program is running on a branch other than the current user's."""
+        """Return whether the robot is on a branch other than the current user's, because a program is running there."""
         return not self.branches.is_at(self.user_state)
 
     def on_branch(self, role: word.Role, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """Return a dialogue for a role. For an observer it runs on the branch of the current user, even while a program
-        runs on another branch."""
+        """Return a dialogue that runs on the right branch. A dialogue for observers, which only reads, runs on the
+        current user's branch, even while a program runs on another branch."""
         return (
             within(self.branches.own_in_place, dialogue) if role is word.Role.OBSERVER and self.elsewhere else dialogue
         )
 
     def check_may(self, said: str, wanted: word.Role) -> None:
-        """Check that the current user has the role `wanted` and, if required, drives. `said` names the request in
-        errors. Raises RoleWanted, LeaseHeld."""
+        """Check that the current user has the role `wanted`, and drives the robot if the request requires it. `said`:
+        the name of the request, for messages. Raises RoleWanted, LeaseHeld."""
         check_may(said, wanted, self.user_state.role)
         if self.lease is not None and must_drive(said, wanted, self.user_state.role):
             self.lease.check(self.user_state.name)
 
     def check_may_stop(self, user_state: UserState) -> None:
-        """Check that a user may stop the robot now: a designer may stop this user's own motions, a supervisor all
-        motions. May be called from any thread. Raises RoleWanted, LeaseHeld."""
+        """Check that a user may stop the robot now: a supervisor always; a designer who drives, or if nobody drives.
+        Any thread may call this method. Raises RoleWanted, LeaseHeld."""
         check_may("ABORT", word.Role.DESIGNER, user_state.role)
         lease = self.lease
         if lease is not None and lease.holder and must_drive("ABORT", word.Role.DESIGNER, user_state.role):
             lease.check(user_state.name)
 
     def _answers(self, track: Track) -> bool:
-        """Return whether the questions of a task are for the current user: the user who drives, or the user who last
-        continued the task, if still present."""
+        """Return whether the current user is asked the questions of a task: with a lease, the user who drives is asked;
+        otherwise the user who last continued the task or, if that user has left, any user."""
         if self.lease is not None:
             return self.lease.drives(self.user_state.name)
         driver = track.driven_by
@@ -549,7 +562,7 @@ class Station:
             raise errors.RequestRefused("it was stopped before it was done") from None
 
     def under(self, conditions: Conditions, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """Run a dialogue under these conditions, which also apply to programs that begin in it."""
+        """Run a dialogue under the given conditions. They also apply to programs that begin in it."""
         with self.driver.surrounding(conditions.cell, conditions.inputs):
             return (yield from within(lambda: self._held_to(conditions), dialogue))
 
@@ -575,12 +588,12 @@ class Station:
             self._present(own)
 
     def _present(self, user_state: UserState) -> None:
-        """Make a user the current user, who then owns new branches and tasks."""
+        """Make a user the current user; new branches and tasks then belong to this user."""
         self.user_state = self.branches.who = self.tasks.who = user_state
 
     def do(self, statement: ast.Statement) -> Dialogue[None]:
-        """Carry out one instruction now, like a program of one step. Raises VrsError if it fails, KeyboardInterrupt if
-        it was stopped."""
+        """Carry out one instruction now, as a program of one step. Raises VrsError if the instruction fails,
+        LineStopped (a KeyboardInterrupt) if it was stopped."""
         self.user_state.last_statement = statement
         task = runtime.statement_task(self.environment, self.engine, statement)
         track = self.tasks.start(PROMPT_LINE, task, self._given)

@@ -41,7 +41,7 @@ class Limits(Struct, frozen=True, kw_only=True):
 
     @property
     def last(self) -> float:
-        """The time of the robot's clock at which a run ends [s]."""
+        """The maximum duration of a run, in seconds of the robot's clock; infinity if there is no limit."""
         return inf if self.max_time is None else self.max_time
 
 
