@@ -67,7 +67,7 @@ class ToolLine(NamedTuple):
 
 
 class ToolPath:
-    """Computes and caches the lines of an arm; no point of the tip's path is farther than `error` [m] from these lines.
+    """The lines of one arm, with a cache; no point of the tip's path is farther than `error` [m] from these lines.
 
     The lines of a part of a timeline are cached while the part is visible, because versions of a timeline share their
     unchanged parts.

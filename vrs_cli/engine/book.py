@@ -63,8 +63,8 @@ class Store(KeptDeltas, Protocol):
 
 
 class MemoryWindow:
-    """Removes all but the latest part of a book from memory. `reach`: the size of this part; `checkpoint`: the version
-    of the timeline at the last checkpoint.
+    """The latest part of a book, which stays in memory; older parts are written to the `store` and removed. `reach`:
+    the size of the latest part; `checkpoint`: the version of the timeline at the last checkpoint.
     """
 
     def __init__(self, store: Store, reach: WindowSize, checkpoint: int = 0) -> None:

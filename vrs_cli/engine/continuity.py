@@ -1,5 +1,5 @@
-"""Prove that the joints of a line are continuous between its samples, for arms without a closed form. It applies
-`kinematics.continuation` to paths.
+"""Prove that the joints of a line are continuous between its samples, for arms without closed-form inverse kinematics.
+The proof of `kinematics.continuation` is applied to paths.
 """
 
 from __future__ import annotations
@@ -28,19 +28,21 @@ if TYPE_CHECKING:
 
 FOURTH = 4
 POWERS = np.arange(1.0, FOURTH + 1.0)
-PROOF_PIECES = (2, 8, 32, 64)  # numbers of pieces into which a gap is cut before another sample is taken
-REST_PART = 2.0**-6  # fraction of a stretch's time, beside a rest, that needs no proof: under 1/1000 of its distance
-FINEST_GAP = 2.0**-24  # minimum gap between samples, as a fraction of a stretch
+PROOF_PIECES = (2, 8, 32, 64)  # numbers of pieces into which the proof cuts a gap, before another sample is taken
+# next to a rest, this fraction of a stretch's time needs no proof: it covers under 1/1000 of the distance
+REST_PART = 2.0**-6
+FINEST_GAP = 2.0**-24  # smallest gap, as a fraction of a stretch; if a smaller one is needed, the line is refused
 MAX_EXTRA_SAMPLES = 400  # maximum number of samples added to a line
 SEED_DOUBLINGS = 8  # maximum number of doublings of the number of seeds
-SEED_SIDE = 1e-9  # distance from the instant between two seeds, as a fraction of the time between them
-MAX_NEWTON_REST = 0.2  # fraction of a seed's distance from the joints that may remain after Newton's first step
-PROOF_TOLERANCE = 1e-3  # [rad, m] joints that are this near the cubic are on its branch
-GAPS_AT_ONCE = 8  # number of gaps halved at once, the shortest gaps first, so that an impossible line is detected early
+SEED_SIDE = 1e-9  # seeds are also checked this close to the instant between two of them (fraction of that instant)
+MAX_NEWTON_REST = 0.2  # fraction of the distance from a seed to the joints that Newton's first step may leave
+PROOF_TOLERANCE = 1e-3  # [rad, m] allowed in addition to that fraction: such joints are on the right branch
+# number of gaps halved together; the shortest come first, so that an impossible line is detected early
+GAPS_AT_ONCE = 8
 
 
 class Followed(Struct, frozen=True, dict=True):
-    """A stretch of a straight line, and the samples on it."""
+    """A stretch of a straight line, its duration [s], and the samples on it."""
 
     path: CartesianPath
     duration: float
@@ -48,8 +50,9 @@ class Followed(Struct, frozen=True, dict=True):
 
     @cached_property
     def pace(self) -> tuple[float, ...]:
-        """Bounds of the fourth derivative of the tool's position [m/s4], of the first four derivatives of all turning
-        angles, summed [rad/s ...], and of the fourth derivative of the guides."""
+        """Upper bounds: of the fourth derivative of the tool's position [m/s4]; of the first to fourth derivatives of
+        all turning angles, summed [rad/s ... rad/s4]; and of the fourth derivative of the guides.
+        """
         rates, turns = [turn.angle for turn in self.path.turns], list[float]()
         for _ in range(FOURTH):
             rates = [derivative(rate) for rate in rates]
@@ -57,8 +60,8 @@ class Followed(Struct, frozen=True, dict=True):
         return self._bent(self.path.position), *turns, self._bent([guide.value for guide in self.path.guides])
 
     def looked_at(self, path: CartesianPath) -> Floats:
-        """Return the times of the samples, and times on both sides of each instant at which the next seed of a path
-        takes over.
+        """Return the times of the samples, and times just before and after each instant at which `path` changes from
+        one seed to the next.
         """
         halfway = (np.arange(len(path.seeds) - 1) + 0.5) * path.seed_interval
         beside = np.concatenate([halfway * (1.0 + side) for side in (-SEED_SIDE, SEED_SIDE)])
@@ -74,7 +77,7 @@ class Followed(Struct, frozen=True, dict=True):
         return np.asarray(q[i] + x * way + x * (x - 1.0) * bent)
 
     def _bent(self, rows: Iterable[Polynomial]) -> float:
-        """Return a common bound of the fourth derivatives of polynomials."""
+        """Return a bound of the fourth derivatives of several polynomials together."""
         bent = [row for row in rows if len(row) > FOURTH]
         for _ in range(FOURTH):
             bent = [derivative(row) for row in bent]
@@ -108,9 +111,9 @@ def check_continuous(
     follower: Follower,
     stretches: Sequence[tuple[CartesianPath, float, list[Sample]]],
 ) -> list[Followed]:
-    """Prove that the joints lead from each sample to the next, along paths with these durations [s].
+    """Prove that the joints lead continuously from each sample to the next, on stretches (path, duration [s], samples).
 
-    Return the paths with all samples that the proof used. Raises LocationOutOfRange, JointOutOfRange, or
+    Return the stretches with all samples that the proof used. Raises LocationOutOfRange, JointOutOfRange, or
     StraightLineSingular with the position.
     """
     followed = [Followed(*stretch) for stretch in stretches]
@@ -130,7 +133,9 @@ def check_continuous(
 
 
 def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
-    """Return all gaps except those next to a singular pose in which the tool rests, where samples are dense."""
+    """Return the gaps of a stretch, except those next to a singular pose in which the tool rests: samples are dense
+    there.
+    """
     begin, end = _proved_from_to(follower, stretch)
     rows = pairwise(stretch.samples)
     return [Gap(stretch, a, b) for a, b in rows if b.s > a.s and b.s > begin and a.s < end]
@@ -162,8 +167,8 @@ def _gaps_without_proof(continuation: LineProof, follower: Follower, gaps: list[
 
 
 def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, ...]) -> tuple[Joints, ...]:
-    """Return seeds from which Newton's method leads to the joints of a stretch at all times near each seed. These are
-    the given seeds, or twice as many, and so on. Raises StraightLineSingular if none do.
+    """Return seeds from which Newton's method leads to the joints of a stretch at all times near each seed: the given
+    seeds, or up to 2**SEED_DOUBLINGS times as many. Raises StraightLineSingular if no such seeds are found.
     """
     continuation = follower.arm.continuation
     assert continuation is not None
@@ -181,7 +186,8 @@ def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, .
 
 def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Floats:
     """Return the times at which Newton's first step from the seed leaves more than MAX_NEWTON_REST of the distance to
-    the joints of a stretch: such a seed may lead to other joints. Joints nearer than `sure` need no check.
+    the joints of a stretch: such a seed may lead to other joints. Joints nearer than `continuation.sure` to their seed
+    need no check.
     """
     continuation, last = follower.arm.continuation, len(path.seeds) - 1
     assert continuation is not None
@@ -208,7 +214,7 @@ def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Fl
 
 
 def _arrays(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> Gaps | SteadyGaps:
-    """Return the gaps as arrays, in the form that this kind of continuation needs."""
+    """Return the gaps as arrays, in the form that this kind of continuation proof needs."""
     paces = np.array([(gap.lasting, *gap.of.pace) for gap in gaps])
     h, place, turn, guide = paces[:, 0], paces[:, 1], paces[:, 2:6], paces[:, 6]
     place, turn = place * h**4, turn * h[:, None] ** POWERS
@@ -216,7 +222,8 @@ def _arrays(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> Gap
     if isinstance(continuation, Continuation):
         rates = np.array([(gap.a.velocity, gap.b.velocity) for gap in gaps]) * h[:, None, None]
         weights = np.array([guide.weights for guide in gaps[0].of.path.guides]).reshape(-1, joints.shape[2])
-        lever = hypot(*position(follower.T_tool_flange))  # the lever of the flange about the tool tip
+        # [m] distance of the flange from the tool tip: a turn about the tip moves the flange by this lever
+        lever = hypot(*position(follower.T_tool_flange))
         place = place + lever * fourth_of_turn(*turn.T)
         way = Cubic(joints[:, 0], joints[:, 1], rates[:, 0], rates[:, 1])
         return Gaps(way, place, turn, guide * h**4, weights)

@@ -1,5 +1,6 @@
-"""The engine: one robot with its book, settings and clock. The engine stamps motion commands and commits the changes
-that the planner f returns. Nothing runs between two requests. Readers of a timeline keep their version.
+"""The engine: one robot with its book (recorded history), settings and clock. The engine gives motion commands their
+times and commits the changes that the planner f returns. Nothing runs between two requests. Readers of a timeline keep
+their version.
 """
 
 from __future__ import annotations
@@ -53,13 +54,13 @@ from vrs_cli.values.results import FollowReport, Position, Reach
 
 MIN_REPORTED_TURN = 0.01  # [rad] a larger difference from the requested turn of the tool is reported
 HAND_WIDTH_ROUNDING = 1e-6  # [m] tolerance for rounding in the width of a hand
-TICK_MARGIN = 1.0 + 1e-5  # factor on a steering tick, so that the next target arrives before the tick ends
+TICK_MARGIN = 1.0 + 1e-5  # factor that lengthens a steering tick, so that the next target arrives before the tick ends
 
 TimelineChange = TimelineDelta | TimelineReplaced  # a change of the timeline, or its replacement by another
 
 
 class Postponement(Struct, frozen=True):
-    """A motion that came too late for its execution time, and its new execution time [s]."""
+    """A motion that came too late for the time `asked` [s], and its new execution time `executed` [s]."""
 
     text: str
     asked: float
@@ -71,8 +72,8 @@ class Postponement(Struct, frozen=True):
 
 
 class ToolTurning(Struct, frozen=True):
-    """The angle [rad] by which the tool's orientation differs from the requested one, for an arm that cannot reach
-    every orientation.
+    """The `angle` [rad] by which the orientation of the tool differs from the requested one, after a motion of an arm
+    that cannot reach every orientation. `text`: the command.
     """
 
     text: str
@@ -88,8 +89,9 @@ class Bookmark(Struct, frozen=True):
 
 
 class Engine:
-    """One robot. `events`: every change of the timeline, and every timeline that replaces another. `measured`: the
-    reports of the body (the real or simulated arm), which UNDO and branches do not change.
+    """One robot. `events`: the feed of all changes of the timeline, and of timelines that replace another. `measured`:
+    the reports of the body (the real or simulated arm that executes the motions), which UNDO and branches do not
+    change.
     """
 
     def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: RobotClock | None = None) -> None:
@@ -100,9 +102,10 @@ class Engine:
         self.measured = MeasuredRecord(model.joint_count)
         self.settings = Settings().after(commands.SetParameter("PROFILE", model.profile))
         self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
-        self.postponed: list[Callable[[Postponement], None]] = []  # called for each postponed motion
+        self.postponed: list[Callable[[Postponement], None]] = []  # functions called for each postponed motion
         self.checks: list[Callable[[Timeline, TimelineDelta, Settings], None]] = []  # functions that may refuse changes
-        self.turned: list[Callable[[ToolTurning], None]] = []  # functions called if the orientation is not as asked
+        # functions called if the tool cannot have the requested orientation
+        self.turned: list[Callable[[ToolTurning], None]] = []
         self.book = Book.at(model.poses["ready"] if start is None else start)
         self.book.told = self.events.publish
         self._rounding: tuple[Move, Timeline, Settings, float | None] | None = None
@@ -118,7 +121,7 @@ class Engine:
 
     @property
     def realtime(self) -> bool:
-        """Return whether the past, before `now`, has happened and cannot be changed."""
+        """Return whether times before `now` are past and cannot be changed."""
         return self.clock.realtime
 
     @property
@@ -127,7 +130,7 @@ class Engine:
 
     @property
     def end(self) -> float:
-        """Return the time of the end of the last motion [s]."""
+        """Return when the last motion ends [s]."""
         return self.book.timeline.end
 
     def position(self, t: float | None = None) -> Position:
@@ -135,13 +138,14 @@ class Engine:
         return position_at(self.arm, self.timeline, self.now if t is None else t)
 
     def destination(self, t: float | None = None) -> Position:
-        """Return the end of the motion in progress at t [s] (default: now), or the present position of a robot at
-        rest."""
+        """Return the position at the end of the motion in progress at t [s] (default: now), or the current position of
+        a robot at rest.
+        """
         return destination_at(self.arm, self.timeline, self.now if t is None else t)
 
     @property
     def frames(self) -> commands.Frames:
-        """The BASE and TOOL that hold now."""
+        """The current BASE and TOOL."""
         return self._motion_at(self.now).frames
 
     def _motion_at(self, t: float) -> Motion:
@@ -151,16 +155,16 @@ class Engine:
 
     def perform(self, request: commands.Request, *, program: bool = False) -> None:
         """Perform a request. From a program motions blend into each other, and the clock advances only as far as
-        necessary. At the prompt, a motion without a time stamp has ended when this method returns; in real time, it has
-        begun.
+        necessary. A motion without a time stamp that is given at the prompt has ended when this method returns; in real
+        time, it has begun.
 
         Raises MotionError, IllegalValue, UsageError, and FileError if the change cannot be written to the journal.
         """
         self.clock.advance(self.begin(request, program=program))
 
     def ready_at(self, request: commands.Request, *, program: bool) -> float:
-        """Return the instant [s], now or later, at which a request may be performed. The program waits until then, so
-        that earlier events may still change the effect of the request.
+        """Return the instant [s], now or later, at which a request may be performed. A program waits until then, so
+        that events before that instant can still change the effect of the request.
         """
         if not program and not self.realtime:
             return self.now
@@ -173,10 +177,10 @@ class Engine:
         return self.now
 
     def begin(self, request: commands.Request, *, program: bool, issued: float | None = None) -> float:
-        """Perform a request as `perform` does, but do not advance the clock. Return the instant [s] until which the
-        caller waits.
+        """Perform a request like `perform`, but do not advance the clock. Return the instant [s] until which the caller
+        must wait.
 
-        `issued`: when the request was made, if that was earlier than now.
+        `issued`: when the request was made [s], if that was earlier than now.
         """
         match request:
             case Move(target=PoseTarget(T_world_tool=place)):
@@ -227,7 +231,7 @@ class Engine:
         return self.now
 
     def _move(self, move: Move, program: bool, issued: float | None) -> float:
-        """Plan and commit a motion; return the instant [s] until which the caller waits."""
+        """Plan and commit a motion; return the instant [s] until which the caller must wait."""
         self._check_power()
         start, executed = self._beginning(move, program)
         now = on_grid(self.now)
@@ -256,8 +260,8 @@ class Engine:
         return self._until(executed, program)
 
     def _postpone(self, text: str, executed: float, later: float) -> float:
-        """Postpone a motion or event that came too late for its execution time, and tell listeners. Return the `later`
-        time. Raises TooLate if CAUSALITY forbids that.
+        """Postpone a motion or event that came too late for its time `executed` [s], call the listeners, and return the
+        new time `later`. Raises TooLate if CAUSALITY forbids postponing.
         """
         now = on_grid(self.now)
         if self.settings.parameters["CAUSALITY"] == "ABORT":
@@ -272,8 +276,8 @@ class Engine:
         return later
 
     def _alter(self, alter: commands.Alter, issued: float | None) -> None:
-        """Plan the current motion again (at rest: a straight line) to the displaced target, starting now, as an
-        inserted motion. Raises AlterNotOn, PowerOff, and the errors of a motion.
+        """Re-plan the current motion (at rest: a straight line) to the displaced target, starting now, as an inserted
+        motion. Raises AlterNotOn, PowerOff, and the errors of a motion.
         """
         altered = self.settings.alter
         if altered is None:
@@ -298,8 +302,8 @@ class Engine:
             self._edit(motion, now, self.settings.inserts, issued)
 
     def _until(self, executed: float, program: bool) -> float:
-        """Return the time until which the caller waits [s]: in a program until the motion begins, at the prompt until
-        the robot has stopped. In real time the caller does not wait.
+        """Return the time [s] until which the caller waits: for a program the start of the motion, at the prompt the
+        time at which the robot has stopped. In real time the caller does not wait.
         """
         if program:
             return executed
@@ -310,7 +314,7 @@ class Engine:
             raise PowerOff("the arm has no power", "{ENABLE POWER}")
 
     def _beginning(self, move: Move, program: bool) -> tuple[Start, float]:
-        """Return how and when a motion begins."""
+        """Return how a motion begins (`Start`), and when [s]."""
         now, end = on_grid(self.now), self.end
         if move.stamp is not None:
             return Start.AT, self._time_of(move.stamp)
@@ -320,9 +324,10 @@ class Engine:
         return (Start.AFTER, end) if rounds is None else (Start.BLEND, max(now, rounds))
 
     def _rounding_begins(self, move: Move) -> float | None:
-        """Return when a motion may begin to round the corner before it [s]. None if it begins at rest: the last motion
-        does not slow down, continuous path is off, or configuration words ask for another configuration. The result is
-        cached, since a program needs it while it waits for the motion and again when the motion begins.
+        """Return when a motion may begin to round the corner between the last motion and itself [s]. None if it begins
+        at rest: the last motion does not slow down, continuous path is off, or configuration words ask for another
+        configuration. The result is cached, since a program needs it while it waits for the motion and again when the
+        motion begins.
         """
         timeline, settings = self.timeline, self.settings
         if self._rounding is None or any(map(is_not, self._rounding, (move, timeline, settings))):
@@ -342,10 +347,10 @@ class Engine:
         return on_grid(known.check(seconds, given=stamp.seconds))
 
     def _motion(self, move: Move, start: Start, executed: float) -> Motion:
-        """Make the motion of a request.
+        """Make the motion for a request.
 
         A motion with a time stamp follows the motion in progress at that time; any other motion follows the last
-        motion. A motion that rounds a corner goes to the same joints as a motion that starts in the corner.
+        motion. A motion that rounds a corner has the same goal joints as a motion that starts from rest in the corner.
         """
         settings, arm, timeline = self.settings, self.arm, self.timeline
         before = joints_at(arm, timeline, finish_after(timeline, executed if move.stamp is not None else self.end))
@@ -365,7 +370,9 @@ class Engine:
         )
 
     def _naming_farthest(self, refusal: LocationTooFar, move: Move, offset: Transform) -> LocationTooFar:
-        """Return the error for a DEPART. The hint names the greatest distance in reach, in whole millimetres."""
+        """Return the error for a DEPART that is out of reach. Its hint names the greatest distance within reach, in
+        whole millimetres.
+        """
         asked = 1000.0 * length(position(offset))
         near, far = 0, ceil(asked)
         while far - near > 1:
@@ -379,12 +386,15 @@ class Engine:
         return refusal.reworded(hint=f"at most {near} mm in this direction") if near else refusal
 
     def _after(self, t: float) -> targets.After:
-        """Return the motion, number and settings that a new motion at t [s] follows."""
+        """Return what the planning of a new motion at t [s] needs: the motion before it, its number, and the
+        settings.
+        """
         return targets.After(self._motion_at(t), self.book.number + 1, self.settings)
 
     def _opening(self, opening: float | None, width: float | None = None) -> float:
-        """Return the requested opening of the hand: 1 open, 0 closed. The hand closes to the width of the part that
-        GRASP.WIDTH gives. Raises IllegalValue for a width [m] beyond the range of the fingers.
+        """Return the opening of the hand for a request: 1 open, 0 closed. A closing hand stops at the width of the part
+        that it grasps, which the parameter GRASP.WIDTH gives. Raises IllegalValue for a width [m] beyond the range of
+        the fingers.
         """
         widest = self.model.hand_width
         if not widest:
@@ -397,18 +407,19 @@ class Engine:
 
     @property
     def _hand_time(self) -> float:
-        """Return the duration of a motion of the fingers [s]."""
+        """Return how long a motion of the fingers takes [s]."""
         return on_grid(float(self.settings.parameters["HAND.TIME"]))
 
     def _hand_event(self, opening: float, duration: float = 0.0) -> Event:
-        """Make the event of the hand that accompanies the next command."""
+        """Make the event of the hand that takes place at the start of the next command."""
         return Event(0.0, HAND, opening, self.book.number + 1, tied=True, duration=duration)
 
     # --- dated events ---
 
     def _set_channels(self, it: commands.SetChannels, issued: float | None) -> None:
-        """Put events on the timeline: now, tied to its motions, or at the time of a stamp. Events without a text and
-        observations are recorded but are not commands. Raises TooLate, as for a motion."""
+        """Put events on the timeline: now, tied to its motions, or at the time of a stamp. Events without a text, and
+        observations, are recorded but do not count as commands. Raises TooLate, as for a motion.
+        """
         now, number = on_grid(self.now), self.book.number + 1
         tied = it.stamp is None
         t = now if it.stamp is None else self._time_of(it.stamp)
@@ -435,8 +446,8 @@ class Engine:
         self.book.commit([HistoryStep.of(timeline, delta, self.now, insert=True, altered=self.settings.alter)])
 
     def check(self, timeline: Timeline, delta: TimelineDelta, settings: Settings | None = None) -> None:
-        """Run all `checks` on a change of a timeline before the change is made, with the present settings or others.
-        Raises the errors of the checks.
+        """Run all `checks` on a change of a timeline before the change is made, with the current settings or the given
+        ones. Raises the errors of the checks.
         """
         for check in self.checks:
             check(timeline, delta, settings or self.settings)
@@ -470,8 +481,8 @@ class Engine:
             self.clock.advance(self._stand(issued, text, frames=frames))
 
     def stop(self) -> None:
-        """Brake now (ABORT, BRAKE), within limits, and drop all scheduled motions, even if the journal cannot be
-        written.
+        """Brake now (ABORT, BRAKE), within limits, and drop all scheduled motions, even if the change cannot be written
+        to the journal.
         """
         now = on_grid(self.now)
         if now < self.end:
@@ -489,12 +500,12 @@ class Engine:
     def resync(
         self, measured: Joints, *, stops: bool = False, leaves: float = 0.0, issued: float | None = None
     ) -> ResyncReport:
-        """Go to measured joints [rad, m] from now on (RESYNC), and from there to the previous goal; with `stops`, drop
-        that goal.
+        """Move to the measured joints [rad, m], starting now (RESYNC), and from there to the previous goal; with
+        `stops`, stay at the measured joints.
 
-        RESYNC is one command, also in the journal. In virtual time the clock advances to its end. `leaves`: the minimum
-        time [s] until which the robot stays at the measured joints. Raises PowerOff, MotionError, and the errors of the
-        `checks`; with `stops` the checks are skipped, since the real arm does not move.
+        RESYNC is a single command, also in the journal. In virtual time the clock advances to its end. `leaves`: the
+        earliest time [s] at which the robot leaves the measured joints. Raises PowerOff, MotionError, and the errors of
+        the `checks`; with `stops` the checks are skipped, since the real arm does not move.
         """
         if not stops:
             self._check_power()
@@ -526,9 +537,9 @@ class Engine:
     # --- streams of targets ---
 
     def redirect(self, goal: Joints | Transform, *, speed: float = 1.0, text: str = "") -> None:
-        """Go to these joints [rad], joint-interpolated, or on a straight line to T_world_tool, starting now, at a
-        fraction of full speed. Scheduled motions are dropped. Raises PowerOff, JointOutOfRange, or MotionError for a
-        straight line.
+        """Move to these joints [rad], joint-interpolated, or on a straight line to the pose T_world_tool, starting now,
+        at a fraction of full speed. Scheduled motions are dropped. Raises PowerOff, JointOutOfRange, or MotionError for
+        a straight line.
         """
         self._check_power()
         if not isinstance(goal, Transform):
@@ -539,11 +550,11 @@ class Engine:
     def steer(
         self, target: Target, tick: float, *, speed: float = 1.0, text: str = "STEER", issued: float | None = None
     ) -> None:
-        """Move towards a target for a tick [s] from now, until the next target arrives (`Law.steer`). Scheduled motions
-        are dropped. If no target follows, the robot coasts for a while and brakes.
+        """Move towards a target for a tick [s], starting now, until the next target arrives (`Law.steer`). Scheduled
+        motions are dropped. If no other target comes, the robot coasts for a while and brakes.
 
-        Targets that follow each other are one motion, which UNDO takes back as a whole. `issued`: when the first target
-        was given, if that was earlier than now. For each target, the timeline and `deltas` keep what the robot did. If
+        Successive targets are one motion, which UNDO takes back as a whole. `issued`: when the first target was given
+        [s], if that was earlier than now. The timeline and `deltas` keep only what the robot did for each target. If
         the motion in progress has no room to stop, it continues, and the target is dropped. Raises PowerOff,
         JointOutOfRange.
         """
@@ -556,7 +567,7 @@ class Engine:
             self.book.stream,
         )
         if stream is not None and motion._replace(number=stream.number, goal=stream.goal) == stream:
-            motion = stream  # the target belongs to the present stream
+            motion = stream  # the target continues the current stream
         executed, lasting = on_grid(self.now), up_to_grid(tick * TICK_MARGIN)
         try:
             delta = plan_steering(self.arm, self.timeline, motion, executed, target, lasting)
@@ -572,9 +583,9 @@ class Engine:
     def follow(
         self, chunk: Chunk, *, speed: float = 1.0, text: str = "FOLLOW", issued: float | None = None
     ) -> Parts[FollowReport]:
-        """Replace everything from the first sample of a chunk on: the joints follow its samples at limited velocity,
-        acceleration and jerk, and come to rest at the last one. In real time samples before now are skipped. In virtual
-        time the clock advances to the end.
+        """Follow a chunk (time-stamped joint samples) within the limits of velocity, acceleration and jerk, and come to
+        rest at its last sample. Everything after the first sample's time is replaced. In real time samples before now
+        are skipped. In virtual time the clock advances to the end.
 
         Each chunk is one command, which UNDO takes back. A chunk is planned and started part by part, as long as
         nothing else changes the timeline; if COLLISION may refuse the chunk, it is planned as a whole. Raises PowerOff,
@@ -592,7 +603,7 @@ class Engine:
             yield from self._chase(chunk, motion, begin, on_grid(self.now if issued is None else issued))
         if not self.realtime:
             self.clock.advance(self.end)
-        # Compare the timeline with a chunk, from `begin` on, part by part
+        # measure how far the timeline differs from the chunk since `begin`, part by part
         timeline, end, errors = self.timeline, self.end, list[list[float]]()
         for first in range(late, len(chunk.times), SAMPLES_AT_ONCE):
             yield
@@ -603,7 +614,7 @@ class Engine:
         return FollowReport(begin, end, late, chunk.held, mean, worst)
 
     def _chase(self, chunk: Chunk, motion: Motion, begin: float, issued: float) -> Parts[None]:
-        """Plan and commit a chunk part by part: the first one is a command, the others prolong it."""
+        """Plan and commit a chunk part by part: the first part is a new command, the others prolong it."""
         count, begun, next = tick_count(chunk, begin), False, 0
         while next < count:
             ticks = range(next, count if self.settings.switch("COLLISION") else min(next + TICKS_AT_ONCE, count))
@@ -627,7 +638,7 @@ class Engine:
             raise MotionError("the motion under way has no room to give way", "send samples for later")
 
     def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:
-        """Make a motion that begins now, to joints [rad] or to T_world_tool."""
+        """Make a motion that begins now and goes to joints [rad] or to the pose T_world_tool."""
         now = on_grid(self.now)
         where = compose(self._motion_at(now).frames.base, goal) if isinstance(goal, Transform) else goal
         return self._after(now).motion(Start.AT, where, targets.fraction_of_full(speed, self.settings), text=text)
@@ -644,8 +655,8 @@ class Engine:
         happens: bool = False,
         event: Event | None = None,
     ) -> TimelineDelta:
-        """Plan a motion with its event, and commit the change. Raises IllegalValue if motions would end later than
-        times are exact, and the errors of the `checks`, unless the change `happens` in any case.
+        """Plan a motion with its event, and commit the change. Raises IllegalValue if a motion would end after the
+        latest exact time, and the errors of the `checks` unless the change `happens` in any case.
         """
         issued = self.now if issued is None else issued
         delta = self._plan_change(motion, issued, executed, insert=insert, event=event)
@@ -666,33 +677,33 @@ class Engine:
         return plan(arm, timeline, motion, on_grid(issued), executed, insert=insert, slowest=slowest, event=event)
 
     def undo(self, count: int = 1) -> tuple[str, ...]:
-        """Undo the last motion commands, all of them or none, and set the clock back unless time is real. Return the
-        texts of the commands, the last command first. Raises UsageError if there are fewer, TooLate for a command that
-        has begun in real time, FileError.
+        """Undo the last `count` motion commands, all of them or none, and set the clock back unless time is real.
+        Return the texts of the commands, the last command first. Raises UsageError if there are fewer commands, TooLate
+        for a command that has begun in real time, FileError.
         """
         return whole(self.undoing(count))
 
     def undoing(self, count: int) -> Parts[tuple[str, ...]]:
-        """Do `undo` in parts. Also raises RequestRefused, if the robot was stopped meanwhile."""
+        """Do `undo` in parts. Also raises RequestRefused, if the robot was stopped between two parts."""
         stay = self.realtime
         steps = self.book.history.last_done(count, leaves_recorded=stay)
         return self._through_history(steps, self.book.undo(count, lambda: self.now, leaves_recorded=stay))
 
     def redo(self, count: int = 1) -> tuple[str, ...]:
-        """Repeat the commands that `undo` took back last, all of them or none. Timeline and clock become as before the
-        undo. Return the texts of the commands. Raises UsageError, TooLate for a command whose time has passed in real
-        time, FileError, and the errors of the `checks`.
+        """Repeat the last `count` commands that `undo` took back, all of them or none. Timeline and clock are then as
+        before the undo. Return the texts of the commands. Raises UsageError, TooLate for a command whose time has
+        passed in real time, FileError, and the errors of the `checks`.
         """
         return whole(self.redoing(count))
 
     def redoing(self, count: int) -> Parts[tuple[str, ...]]:
-        """Do `redo` in parts. Also raises RequestRefused, if the robot was stopped meanwhile."""
+        """Do `redo` in parts. Also raises RequestRefused, if the robot was stopped between two parts."""
         steps = [one.step for one in self.book.history.last_undone(count)]
         return self._through_history(steps, self.book.redo(count, self.check if self.checks else None))
 
     def _through_history(self, steps: Iterable[HistoryStep], change: Parts[float]) -> Parts[tuple[str, ...]]:
-        """Make a change of UNDO or REDO part by part, and set clock and ALTER accordingly. Return the texts of the
-        commands.
+        """Make the change of an UNDO or REDO part by part, then set the clock and ALTER to match. Return the texts of
+        the commands.
         """
         deltas = [step.delta for step in steps]
         while True:
@@ -712,7 +723,8 @@ class Engine:
         if not self.realtime:
             self.clock.set(clock)
         altered, done = self.settings.alter, self.book.history.done
-        if altered is not None:  # use the displacement of the last command in force; none if ALTON came after it
+        # use the displacement of the last command that is not undone; none if ALTON came after it
+        if altered is not None:
             then = done[-1].altered if done else None
             same = then is not None and then.mode is altered.mode
             self.settings = structs.replace(self.settings, alter=then if same else Altered(altered.mode))
@@ -721,11 +733,11 @@ class Engine:
     # --- bookmarks ---
 
     def bookmark(self) -> Bookmark:
-        """Return a bookmark of the present state, to which `take_up` can return."""
+        """Return a bookmark of the current state, to which `take_up` can return."""
         return Bookmark(self.book, self.settings, self.now)
 
     def take_up(self, mark: Bookmark) -> None:
-        """Continue from a bookmark: the robot is again in the state of that moment."""
+        """Continue from a bookmark: book, settings and clock are again those of the bookmark."""
         before, self.book, self.settings = self.book, mark.book, mark.settings
         self.clock.set(mark.clock)
         if self.book is not before:
@@ -733,17 +745,18 @@ class Engine:
             before.told, self.book.told = silent, self.events.publish
             self.events.publish([TimelineReplaced(self.timeline, self.settings)])
 
-    # --- what is in reach ---
+    # --- reach ---
 
     def world_pose(self, joints: Joints) -> Transform:
-        """Return T_world_tool of joints, with the BASE and TOOL in force."""
+        """Return T_world_tool at these joints, with the current BASE and TOOL."""
         return world_pose(self.arm, self.frames, joints)
 
     def joints_for(
         self, T_world_tool: Transform, near: Joints | None = None, asked: Configuration | None = None
     ) -> Joints:
-        """Return the joints in which a MOVE from here, or from joints `near`, would end. `asked`: the requested
-        configuration. Raises LocationOutOfRange, JointOutOfRange."""
+        """Return the joints in which a MOVE would end that starts from here, or from the joints `near`. `asked`: the
+        requested configuration. Raises LocationOutOfRange, JointOutOfRange.
+        """
         pose = compose(self.frames.base, T_world_tool)
         near = self.position().joints if near is None else near
         settings = self.settings if asked is None else structs.replace(self.settings, configuration=asked)
@@ -756,10 +769,10 @@ class Engine:
         return self._plan_change(motion, self.now, executed, insert=self.settings.inserts)
 
     def aside(self) -> Engine:
-        """Return a separate engine that continues from the present state. Its requests do not change this engine, and
+        """Return a separate engine that continues from the current state. Its requests do not change this engine, and
         listeners get no event.
 
-        Its book has only its own deltas.
+        Its book contains only the changes that it makes itself.
         """
         clock, book = VirtualClock(), self.book
         clock.realtime = self.realtime
@@ -778,5 +791,5 @@ class Engine:
 
     @property
     def standpoint(self) -> Standpoint:
-        """The present state of the robot, as the start of the motions that WHY and EXPLAIN examine."""
+        """The current state of the robot, from which the motions examined by WHY and EXPLAIN start."""
         return Standpoint(self.arm, self.settings, self.position().joints, self._motion_at(self.now))

@@ -1,5 +1,5 @@
-"""Find what a motion demands of the arm, and what a change does to the timeline. EXPLAIN shows the findings, which are
-data. The segments are those of the planner f. Joint motions are polynomials, whose peaks are known exactly. Along a
+"""Find what a motion demands of the arm, and what a change does to the timeline. EXPLAIN shows these findings, which
+are data. The segments are those of the planner f. Joint motions are polynomials, whose peaks are known exactly. Along a
 straight line the rates of g are sampled, more closely around each peak.
 """
 
@@ -31,15 +31,16 @@ from vrs_cli.values.commands import MotionKind, PoseTarget
 from vrs_cli.values.results import SegmentFate, SplicedSegment
 
 SEGMENT_SAMPLES = 33  # number of samples of a segment
-PEAK_SAMPLES, PEAK_ROUNDS = 9, 2  # number of samples around a peak, and of rounds that sample it more closely
-DERIVATIVES = 4  # number of functions: the joints and their first three derivatives
+PEAK_SAMPLES, PEAK_ROUNDS = 9, 2  # number of samples around a peak in each round, and number of rounds
+DERIVATIVES = 4  # samples include the extremes of the joints and of their first three derivatives
 NEAR_PEAK = 0.02  # a segment may contain the peak if a sample is within this fraction of the largest sample
 ROWS_AROUND = 3  # number of segments shown before and after a change
 
 
 class Sample(NamedTuple):
-    """The joints at a time of a stretch, their rates [rad/s, rad/s2, rad/s3], the speed of the tool tip [m/s] and the
-    turning rate of the tool [rad/s]."""
+    """The joints at a time within a segment, their rates [rad/s, rad/s2, rad/s3], the speed of the tool tip [m/s] and
+    the turning rate of the tool [rad/s].
+    """
 
     q: Joints
     velocity: Joints
@@ -53,7 +54,7 @@ Measure = Callable[[Sample], float]
 
 
 def _sampler(arm: RobotArm, segment: Segment) -> Callable[[float], Sample]:
-    """Return a function that samples a segment at a time from its start [s]."""
+    """Return a function that samples a segment at a time since its start [s]."""
     path, tool = segment.path, segment.motion.frames.tool
     none = (0.0,) * arm.model.joint_count
     smooth = LAWS[segment.motion.profile].smooth
@@ -82,7 +83,7 @@ def _sampler(arm: RobotArm, segment: Segment) -> Callable[[float], Sample]:
 
 
 class _Course:
-    """A segment with its samples, in order of time."""
+    """A segment with its samples in order of time."""
 
     def __init__(self, arm: RobotArm, segment: Segment) -> None:
         self.segment = segment
@@ -96,11 +97,13 @@ class _Course:
         self.samples = [(s, self.sample(s)) for s in sorted(self.times)]
 
     def greatest_sample(self, measure: Measure) -> float:
-        """Return the sample with the maximum of a measure."""
+        """Return the maximum of a measure over the samples."""
         return max(measure(sample) for _, sample in self.samples)
 
     def greatest(self, measure: Measure) -> tuple[float, float]:
-        """Return the maximum of a measure, and its first time from the start of the segment [s]."""
+        """Return the maximum of a measure, located more closely than by the samples, and its first time since the start
+        of the segment [s].
+        """
         rows = [(s, measure(sample)) for s, sample in self.samples]
         for _ in range(PEAK_ROUNDS):
             place = max(range(len(rows)), key=lambda k: rows[k][1])
@@ -121,7 +124,7 @@ class _Course:
 
 
 def _peak(courses: Sequence[_Course], measure: Measure) -> tuple[float, float]:
-    """Return the maximum of a measure, and its first time on the timeline [s]."""
+    """Return the maximum of a measure over several segments, and its first time on the timeline [s]."""
     greatest = [course.greatest_sample(measure) for course in courses]
     near = max(greatest) - NEAR_PEAK * abs(max(greatest))
     found = [
@@ -134,7 +137,7 @@ def _peak(courses: Sequence[_Course], measure: Measure) -> tuple[float, float]:
 
 
 def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> results.MotionPlan:
-    """Explain how a planned change of a timeline executes the motion that causes the change."""
+    """Explain how a planned change of a timeline executes the motion for which it was planned."""
     after, motion = before.apply(delta), delta.motion
     own = [segment for segment in delta.segments if segment.motion.number == motion.number]
     courses = [_Course(arm, segment) for segment in own]
@@ -185,7 +188,7 @@ def _places(arm: RobotArm, timeline: Timeline) -> Callable[[float], Vector]:
 
 
 def _stretch(course: _Course, velocity: Joints) -> results.Stretch:
-    """Describe one segment: its greatest speeds, and the joint that comes nearest to its velocity limit."""
+    """Describe a segment: its greatest speeds, and the joint that comes nearest to its velocity limit."""
     segment = course.segment
 
     def share_of(i: int) -> Measure:
@@ -245,8 +248,8 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> results.
 
 
 def splice(book: Book) -> results.SpliceReport:
-    """Report what the last change did to the segments. Raises UsageError if nothing has changed yet, or if the change
-    is no longer in memory.
+    """Report what the last change did to the segments. Raises UsageError if nothing has changed yet, or if the last
+    change is no longer in memory.
     """
     timeline, history = book.timeline, book.history
     last = book.deltas[-1] if len(book.deltas) else None
@@ -263,7 +266,7 @@ def splice(book: Book) -> results.SpliceReport:
 
 
 def _splice_report(before: Timeline, after: Timeline, delta: TimelineDelta) -> results.SpliceReport:
-    """Report how a delta replaced segments of the timeline `before` by those of `after`."""
+    """Report how a delta replaced segments of the timeline `before` by segments of the timeline `after`."""
     planned, tail = len(delta.segments), delta.keep + delta.drop
     rows = list[SplicedSegment]()
     first = max(delta.keep - ROWS_AROUND, 1)  # the first segment is the initial pose

@@ -1,8 +1,8 @@
-"""Pass messages between threads: an inbox with one reader, feeds of events for many subscribers, and the snapshot with
-which a subscription begins.
+"""Pass messages between threads: an inbox with one reader, feeds of events for many subscribers, and the snapshot (the
+state of the timeline) with which a subscription begins.
 
 A subscriber cannot harm the publisher: publishing only puts an event into the subscriber's queue. A subscriber that
-does not take its events loses them; it gets the number of lost events and one event that replaces all of them.
+does not take its events loses them; it gets the number of lost events and an event that replaces all of them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ M = TypeVar("M")
 
 
 class Inbox(Generic[M]):
-    """Messages for one reader. `put` waits for no lock, so a signal handler may call it.
+    """A queue of messages for one reader. `put` waits for no lock, so a signal handler may call it.
 
     A lock wakes the reader. A `SimpleQueue` also has such a lock, but its `get` may wait forever: if the time runs out
     while a signal is handled, CPython treats the remaining time, which is negative, as no limit.
@@ -46,7 +46,7 @@ class Inbox(Generic[M]):
 
     def put(self, message: M) -> None:
         self._messages.append(message)
-        try:  # noqa: SIM105 (`suppress` takes three calls, for each message of a line)
+        try:  # noqa: SIM105 (`suppress` would cost three calls for each message)
             self._bell.release()
         except RuntimeError:  # the reader is awake already
             pass
@@ -59,7 +59,7 @@ class Inbox(Generic[M]):
         return there
 
     def wait(self, seconds: float | None) -> None:
-        """Wait for a message, at most `seconds`; None: without limit."""
+        """Wait for a message, at most `seconds` [s]; None: wait without a limit."""
         end = None if seconds is None else time.monotonic() + seconds
         while not self._messages:
             left = -1.0 if end is None else end - time.monotonic()
@@ -68,7 +68,9 @@ class Inbox(Generic[M]):
             self._bell.acquire(timeout=left)
 
     def take(self, seconds: float | None) -> M | None:
-        """Take the next message; return None if no message arrives within `seconds`."""
+        """Take the next message; return None if no message arrives within `seconds` [s] (None: wait without a
+        limit).
+        """
         self.wait(seconds)
         try:
             return self._messages.popleft()
@@ -77,14 +79,14 @@ class Inbox(Generic[M]):
 
 
 class MissedEvents(Struct, frozen=True):
-    """The number of events that a slow subscriber has missed. The event that replaces them comes next."""
+    """The number of events that a slow subscriber has missed. The next event replaces them."""
 
     count: int
 
 
 class Subscription(Generic[E]):
-    """Events in the order in which they happened, for one reader, which may be another thread. A subscription ends when
-    its reader drops it.
+    """A queue of events, in the order in which they happened, for one reader, which may run in another thread. The
+    subscription ends when its reader drops it.
     """
 
     def __init__(self, most: int = MAX_WAITING_EVENTS, woken: Callable[[], None] | None = None) -> None:
@@ -96,8 +98,8 @@ class Subscription(Generic[E]):
     # --- for the publisher ---
 
     def put(self, events: Sequence[E], instead: Callable[[], E]) -> None:
-        """Queue events without waiting. If there is no room, drop all waiting events and these events, and queue
-        `instead` in their place.
+        """Queue events without waiting. If there is no room, drop the waiting events and these events, and queue
+        instead their number and the event that `instead` makes.
         """
         told: Sequence[E | MissedEvents] = events
         if len(self._queue) + len(events) > self.most:
@@ -135,7 +137,7 @@ class Subscription(Generic[E]):
 
 
 class Feed(Generic[E]):
-    """Sends events to all subscribers. `instead` makes the event that replaces all earlier events."""
+    """A source of events for all subscribers. `instead` makes the event that replaces all earlier events."""
 
     def __init__(self, instead: Callable[[], E]) -> None:
         self._instead = instead
@@ -143,8 +145,8 @@ class Feed(Generic[E]):
         self._held: list[E] | None = None
 
     def subscribe(self, most: int = MAX_WAITING_EVENTS, woken: Callable[[], None] | None = None) -> Subscription[E]:
-        """Subscribe to one event that replaces all earlier events, and to every later event. `woken` is called when an
-        event has arrived.
+        """Return a subscription to an event that replaces all earlier events, followed by every later event. `woken` is
+        called when an event has arrived.
         """
         self._publish(self._held or ())
         self._held = None if self._held is None else []
@@ -179,12 +181,12 @@ class Feed(Generic[E]):
 
 
 class Snapshot(Struct, frozen=True):
-    """All segments of timeline `version`, or only those from segment number `first` (counted from 0) on, the window.
-    Before the first of these segments the robot is at rest.
+    """All segments of timeline `version`, or only the window of those from segment number `first` (counted from 0) on.
+    Before the window the robot is at rest.
 
     `settings`: the settings at that version. `events`: the events of the window, from event number `first_event` on.
-    `values`: the last earlier event of each channel, so that the value of every channel is known from the start of the
-    window on. `world`: the state of the world at `known_from`, if there is a cell.
+    `values`: the last event of each channel before the window, so that the value of every channel is known from the
+    start of the window on. `world`: the state of the world (the parts in the cell) at `known_from`, if there is a cell.
     """
 
     version: int
@@ -202,8 +204,9 @@ class Snapshot(Struct, frozen=True):
 
     @classmethod
     def part(cls, timeline: Timeline, settings: Settings, first: int, after: int) -> Snapshot:
-        """Make the snapshot of the segments from number `first` up to, but not including, `after`, and of the events of
-        that time."""
+        """Make the snapshot of the segments from number `first` up to, but not including, `after`, and of the events
+        during these segments.
+        """
         segments = tuple([timeline[index] for index in range(first, after)])
         known = timeline.events_by(segments[0].start, before=True) if first else 0
         last = timeline.event_count if after == len(timeline) else timeline.events_by(timeline[after].start)
@@ -226,7 +229,7 @@ class Snapshot(Struct, frozen=True):
 
     @property
     def known_events(self) -> KnownEvents:
-        """Return the events of the timeline that this snapshot has."""
+        """Return which events of the whole timeline this snapshot contains."""
         return KnownEvents(self.first_event, len(self.values))
 
 
@@ -239,8 +242,8 @@ def last_values(timeline: Timeline, count: int) -> tuple[Event, ...]:
 
 
 class KnownEvents(Struct, frozen=True):
-    """The events in a part of a timeline. In place of all events before number `first` the part has `values` events:
-    the last event of each channel.
+    """Which events a known part of a timeline contains. In place of all events before number `first` it has `values`
+    events: the last event of each channel.
     """
 
     first: int = 0
@@ -253,16 +256,16 @@ ALL_EVENTS = KnownEvents()
 def fit_delta(
     delta: TimelineDelta, timeline: Timeline, first: int, known: KnownEvents = ALL_EVENTS
 ) -> TimelineDelta | None:
-    """Fit a delta of the whole timeline to its known part, `timeline`, which begins with segment number `first` and has
-    the `known` events.
+    """Convert a delta of the whole timeline into a delta of its known part, `timeline`, which begins with segment
+    number `first` and has the `known` events.
 
-    Changes after the known part are left out. Return None for a change that reaches before the known part: then a new
-    snapshot is needed.
+    Changes after the known part are left out. Return None for a change that reaches before the known part: the
+    subscriber then needs a new snapshot.
     """
     keep, count, edit = delta.keep - first, len(timeline), delta.events
     if keep < 1 or (edit is not None and edit.keep < known.first):
         return None
-    if timeline.world is not None:  # the event may come before the start of the known world
+    if timeline.world is not None:  # None if the change comes before the time at which the world is known
         first_change = min([delta.cut, *(() if edit is None else [event.time for event in edit.events[:1]])])
         if first_change < timeline.world.time:
             return None
@@ -277,7 +280,7 @@ def fit_delta(
 
 
 def unfit_delta(delta: TimelineDelta, first: int, known: KnownEvents = ALL_EVENTS) -> TimelineDelta:
-    """Convert a delta of the known part into a delta of the whole timeline: the reverse of `fit_delta`."""
+    """Convert a delta of the known part into a delta of the whole timeline: the inverse of `fit_delta`."""
     edit = delta.events
     if edit is not None:
         edit = replace(edit, keep=edit.keep + known.first - known.values)
@@ -285,8 +288,9 @@ def unfit_delta(delta: TimelineDelta, first: int, known: KnownEvents = ALL_EVENT
 
 
 class TimelineReplaced(Struct, frozen=True):
-    """The timeline has been replaced by another timeline with these settings. This is the first event of every
-    subscription, and the event of BRANCH, MERGE and LOAD of a trajectory. The sender of the event makes the snapshot.
+    """The event that another timeline, with these settings, has replaced the timeline. It is the first event of every
+    subscription, and is published for BRANCH, MERGE and LOAD of a trajectory. The sender of the event makes the
+    snapshot.
     """
 
     timeline: Timeline

@@ -1,7 +1,8 @@
 """Follow the path of a tool with the joints, in one constant configuration.
 
-The path is sampled, more finely where the joints change quickly. The velocities of neighbouring samples must explain
-the motion between them, so that no jump of a joint is missed. `load` computes what the samples demand of the joints.
+The path is sampled, more finely where the joints change quickly. The motion between two samples must agree with the
+joint velocities at both samples, so that no jump of a joint is missed. `load` computes what the samples demand of the
+joints.
 """
 
 from __future__ import annotations
@@ -32,22 +33,24 @@ from vrs_cli.trajectory.segment import CartesianPath
 FIRST_INTERVALS = 8  # number of intervals of a stretch before refinement
 FINEST_INTERVAL = 2.0**-10  # finest interval, as a fraction of a stretch
 SINGULAR_MEASURE = (
-    1e-4  # singular measure of a pose in which a line may begin or end, and near which it is sampled closely
+    1e-4  # singular measure (0: singular) below which a pose counts as singular: a line may only begin or end there
 )
-NEARLY_SINGULAR = 0.1  # singular measure of a pose above which differences of velocities show accelerations reliably
-MAX_GUESSED_PART = 0.2  # fraction of a stretch: on longer parts a failed guess is not followed by a search
+NEARLY_SINGULAR = 0.1  # singular measure of a pose above which differences of sampled velocities show all accelerations
+MAX_GUESSED_PART = 0.2  # fraction of an interval: longer parts are halved at once if Newton's method fails
 MIN_INTERVAL = 1e-9  # minimum interval between samples, as a fraction of a stretch
 CLOSER_PARTS = tuple(
     2.0**-k for k in range(12, 3, -1)
-)  # fractions of a stretch at which samples next to a singular pose lie
+)  # distances of the samples next to a singular pose from it, as fractions of a stretch
 JOINT_STEP = 0.15  # [rad] maximum change of a joint between neighbouring samples
-RATE_STEP = 0.15  # maximum change of joint velocity between neighbouring samples, as a fraction of the velocity limit
-HOPELESS_SLOWING = 2.0  # factor on the allowed slowing, above which a line is refused in any case
-MAX_JUMP = 2e-3  # [rad] maximum change of a joint that the velocities of two neighbouring samples leave unexplained
-MIN_JUMP = 1e-6  # [rad] tolerance for rounding next to a singular pose, where samples are close
-OVERSHOOT = 4.0 / 27.0  # maximum overshoot of a cubic, as a fraction of velocity times duration
+RATE_STEP = 0.15  # maximum change of a joint velocity between two samples, as a fraction of the velocity limit
+# a line that needs this many times the allowed slowing will be refused, so it is sampled less finely
+HOPELESS_SLOWING = 2.0
+# [rad] maximum difference between the change of a joint and what its velocities at both samples predict
+MAX_JUMP = 2e-3
+MIN_JUMP = 1e-6  # [rad] the same next to a singular pose, where samples are close: only rounding errors
+OVERSHOOT = 4.0 / 27.0  # maximum overshoot of a cubic beyond its ends, as a fraction of velocity times duration
 RANGE_STEPS = 24  # maximum number of halvings between two samples, to check the ranges of joints
-STANDING_SPEED = 1e-9  # [m/s, rad/s] a slower tool counts as at rest
+STANDING_SPEED = 1e-9  # [m/s, rad/s] a tool slower than this counts as at rest
 NEAR_SINGULAR = 0.2  # singular measure of a pose below which an error names the singularity
 SINGULAR_HINT = "use {MOVE} there, or a via point farther from the singularity"
 WAYS_ROUND = {  # hints, by the name of the singularity
@@ -56,14 +59,14 @@ WAYS_ROUND = {  # hints, by the name of the singularity
     "wrist": "use {MOVE} there, or a via point with the tool tilted, so that joint 5 does not come to 0",
 }
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # joints that turn far at a singularity
-MAX_SEED_STEP = 2.0  # [rad, m] maximum change from one seed to the next, also where a joint is fast for a moment
+MAX_SEED_STEP = 2.0  # [rad, m] maximum change from a seed to the next, even where a joint is fast only briefly
 EDGE_STEPS = 12  # number of halvings between two samples, to find where a line becomes impossible
 
 _new = tuple.__new__
 
 
 class Sample(NamedTuple):
-    """Joints and joint velocity at a time of a stretch [s, rad, rad/s]."""
+    """The time since the start of a stretch [s], and the joints [rad] and joint velocities [rad/s] at that time."""
 
     s: float
     joints: Joints
@@ -71,7 +74,9 @@ class Sample(NamedTuple):
 
 
 class Follower:
-    """Follows paths of a tool with one arm in one configuration."""
+    """A solver for the joints along tool paths: one arm with its tool, in one configuration. `slowest`: the factor by
+    which lines may be slowed down.
+    """
 
     def __init__(
         self,
@@ -87,12 +92,13 @@ class Follower:
         self.no_tool = T_flange_tool == IDENTITY
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
-        self.hopeless = HOPELESS_SLOWING * slowest  # maximum factor on a joint's limit
+        # multiple of a velocity limit above which a line is refused in any case
+        self.hopeless = HOPELESS_SLOWING * slowest
         self.widest = 0.0  # the greatest change of any joint over the last samples
         self._close = _closeness(self.rate_steps, self.hopeless)
         self._path: CartesianPath | None = None  # the last path, and the function that returns its samples
         self._at: Callable[..., Sample | None]
-        self._judged: tuple[Joints, bool] = (), True  # last joints and result of `nearly_singular`
+        self._judged: tuple[Joints, bool] = (), True  # joints of the last call of `nearly_singular`, and its result
 
     def samples(
         self,
@@ -103,14 +109,15 @@ class Follower:
         before: Sample | None = None,
         marks: Sequence[float] = (),
     ) -> list[Sample]:
-        """Sample a path in order of time, at `steps` intervals or finer; the first joints are next to `near`. `before`:
-        the last sample of the stretch before, at the same instant. `marks`: additional instants to sample.
+        """Sample a path in order of time, at `steps` intervals or finer; the first joints are those nearest to `near`.
+        `before`: the last sample of the previous stretch, at the same instant. `marks`: additional instants to sample
+        [s].
 
         Raises LocationOutOfRange, JointOutOfRange or StraightLineSingular; the error gives the position.
         """
         samples = [self.sample(path, 0.0, near) if before is None else Sample(0.0, before.joints, before.velocity)]
         finest = duration * FINEST_INTERVAL
-        if self.singular(samples[0]):  # at a boundary a joint may reverse abruptly
+        if self.singular(samples[0]):  # there, a joint may change its direction abruptly
             for part in CLOSER_PARTS:
                 self._refine(path, samples, duration * part, finest)
             self._check_starts(path, samples)
@@ -141,12 +148,12 @@ class Follower:
         return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR_MEASURE
 
     def nearly_singular(self, sample: Sample) -> bool:
-        """Return whether joints may be fast so briefly near a sample that differences of sampled velocities do not show
-        their accelerations.
+        """Return whether joints may be fast near a sample for so short a time that differences of sampled velocities do
+        not show their accelerations.
 
         True for arms whose singularities are not known.
         """
-        if sample.joints is not self._judged[0]:  # a stretch begins with the last joints of the stretch before
+        if sample.joints is not self._judged[0]:  # a stretch begins with the last joints of the previous stretch
             arm = self.arm
             near = arm.hand is None or min(arm.singularity(sample.joints)) < NEARLY_SINGULAR
             self._judged = sample.joints, near
@@ -155,9 +162,9 @@ class Follower:
     def _refine(
         self, path: CartesianPath, samples: list[Sample], until: float, finest: float, far: Sample | None = None
     ) -> None:
-        """Append samples up to time `until`, halving intervals while neighbours differ too much. A sample at the end of
-        such an interval is kept until the samples before it are found. `far`: the sample at `until`, if it is known to
-        differ too much from the last one.
+        """Append samples up to time `until`; halve intervals while the samples at both ends differ too much. The sample
+        at the end of a halved interval is kept until the samples before it are found. `far`: the sample at `until`, if
+        it is known to differ too much from the last one.
         """
         pending: list[tuple[float, Sample | None]] = [(until, None)]
         short = MAX_GUESSED_PART * (until - samples[-1].s) if self.arm.guesses else inf
@@ -182,8 +189,9 @@ class Follower:
     def _next_sample(
         self, path: CartesianPath, samples: list[Sample], s: float, *, halves: bool, soon: bool
     ) -> Sample | None:
-        """Return the next sample, at time s. If the arm uses guesses, search first near the extrapolated joints, which
-        may lie beyond a fold of the arm. `soon`: search by Newton's method only, since the interval is long.
+        """Return the next sample, at time s; None if it is not found. If the arm uses guesses, search first near the
+        extrapolated joints, which may lie beyond a fold of the arm. `soon`: search by Newton's method only, since the
+        interval is long.
         """
         last, sample = samples[-1], None
         if self.arm.guesses:
@@ -193,8 +201,9 @@ class Follower:
         return None if soon else self._sampler(path)(s, last.joints)
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
-        """Return the error for the first position at which the line leaves the reach or a range, after a good
-        sample."""
+        """Return the error for the first position after the sample `good` at which the line leaves the reach or a joint
+        its range.
+        """
 
         def possible(s: float) -> bool:
             joints = self.joints(path, s, good.joints)
@@ -205,7 +214,7 @@ class Follower:
 
     def _check_range(self, path: CartesianPath, samples: list[Sample], gap: float) -> None:
         """Check that no joint leaves its range between samples, which are at most `gap` [s] apart."""
-        # the greatest distance of a joint between two samples that are close
+        # bound of the way of a joint between two neighbouring samples, which `_close` has accepted
         way = JOINT_STEP + MAX_JUMP + 0.5 * gap * max(self.rate_steps)
         far = 2.0 * OVERSHOOT * way + MAX_JUMP
         self.widest, outside = 0.0, False
@@ -219,8 +228,8 @@ class Follower:
             self._check_between(path, a, b)
 
     def _check_between(self, path: CartesianPath, a: Sample, b: Sample, left: int = RANGE_STEPS) -> None:
-        """Check that no joint leaves its range between two samples: the interval is halved where a joint may leave its
-        range.
+        """Check that no joint leaves its range between two samples. The interval is halved where a joint could leave
+        it, at most `left` times.
         """
         lasting = b.s - a.s
         rows = zip(a.joints, b.joints, a.velocity, b.velocity, self.lower, self.upper, strict=True)
@@ -233,8 +242,9 @@ class Follower:
                 return
 
     def _check_starts(self, path: CartesianPath, samples: list[Sample]) -> None:
-        """Check samples next to a singular pose in which the tool is at rest: there velocities must explain nearly all
-        of the change."""
+        """Check samples next to a singular pose in which the tool is at rest: there the velocities must explain nearly
+        the whole change of each joint.
+        """
         for a, b in pairwise(samples):
             moved = 0.5 * (b.s - a.s) * max([abs(v + w) for v, w in zip(a.velocity, b.velocity, strict=True)])
             self._check_no_jump(a, b, path, min(MAX_JUMP, MIN_JUMP + moved))
@@ -246,19 +256,21 @@ class Follower:
         return self.refuse(path, at, f"joint {joint} would have to change its speed in no time", joint)
 
     def changes(self, path: CartesianPath, before: float, after: float, near: Joints) -> list[float]:
-        """Return the distance that each joint moves between two times."""
+        """Return how far each joint moves between two times. `near`: joints used where the path is out of reach."""
         a, b = (self.joints(path, s, near) for s in (before, after))
         return [abs(y - x) for x, y in zip(a or near, b or near, strict=True)]
 
     def refuse_beyond(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
-        """Return the error for a path that is out of reach at a time, which may be between two samples."""
+        """Return the error for a path that is out of reach at time s, which may be between two samples."""
         begin = self.joints(path, 0.0, near)
         if begin is None or not self.arm.limits_ok(begin):
             return self._refusal(path, 0.0, near)
         return self._out_of_reach(path, s, near)
 
     def refuse(self, path: CartesianPath, s: float, what: str, joint: int = 0) -> StraightLineSingular:
-        """Return the error for a path that the joints cannot follow near a time."""
+        """Return the error for a path that the joints cannot follow near time s. `what`: the reason as text for the
+        user.
+        """
         near, hint = self.place(path, s)
         return StraightLineSingular(
             f"near {near} {what}", hint or SINGULAR_HINT, joint=joint, place=position(path.pose(s))
@@ -270,12 +282,12 @@ class Follower:
         return self.refuse(path, s, f"joint {joint} would have to jump by {far}", joint)
 
     def flange(self, pose: Transform) -> Transform:
-        """Return T_robot_flange of T_robot_tool."""
+        """Return T_robot_flange for a given T_robot_tool."""
         return pose if self.no_tool else compose(pose, self.T_tool_flange)
 
     def _check_no_jump(self, a: Sample, b: Sample, path: CartesianPath, most: float = MAX_JUMP) -> None:
-        """Check that no joint jumps between two samples. At a singularity joints may jump although their velocities are
-        small.
+        """Check that no joint jumps by more than `most` between two samples. At a singularity joints may jump although
+        their velocities are small.
         """
         half = 0.5 * (b.s - a.s)
         rows = zip(a.joints, b.joints, a.velocity, b.velocity, strict=True)
@@ -284,19 +296,19 @@ class Follower:
             raise self.refuse_jump(path, b.s, jumps)
 
     def place(self, path: CartesianPath, s: float) -> tuple[str, str]:
-        """Return the position of the tool at a time, with a nearby singularity if there is one, and a hint on how to
-        avoid the singularity ("": no hint).
+        """Return the tool position at time s as text, with the singularity if one is near, and a hint on how to avoid
+        the singularity ("": no hint).
         """
         which, text = self.singularity(path, s), self.place_text(path.pose(s))
         return (f"{text} ({which} singularity)", WAYS_ROUND[which]) if which else (text, "")
 
     def place_text(self, pose: Transform) -> str:
-        """Return the position of T_robot_tool in the world, as text for the user."""
+        """Return the position of the pose T_robot_tool in the world, as text for the user."""
         x, y, z = (round(1e3 * part, 1) + 0.0 for part in position(compose(self.T_world_robot, pose)))  # avoids -0.0
         return f"X {x:.1f} Y {y:.1f} Z {z:.1f} mm"
 
     def singularity(self, path: CartesianPath, s: float) -> str:
-        """Return the singularity that the arm is close to at a time: shoulder, elbow or wrist; "" if there is none."""
+        """Return the singularity to which the arm is close at time s: shoulder, elbow or wrist; "" if there is none."""
         joints = self.joints(path, s, path.seed(s))
         if joints is None:
             return ""
@@ -311,8 +323,9 @@ class Follower:
         return sample
 
     def _sampler(self, path: CartesianPath) -> Callable[..., Sample | None]:
-        """Return a function of a time and of joints near the solution: the sample, None if the path is out of reach or
-        a joint out of range. With `soon` it returns None also if Newton's method does not find the joints.
+        """Return a function that takes a time and joints near the solution, and returns the sample; None if the path is
+        out of reach or a joint out of range. With `soon` it also returns None if Newton's method does not find the
+        joints.
         """
         if path is self._path:
             return self._at
@@ -346,17 +359,18 @@ class Follower:
         return sample
 
     def joints(self, path: CartesianPath, s: float, near: Joints) -> Joints | None:
-        """Return the joints at a time; None where the path is out of reach."""
+        """Return the joints at time s [rad]; None where the path is out of reach."""
         return joints_on(self.arm, path, s, self.flange(path.pose(s)), near)
 
     def _refusal(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
-        """Return the error for a path that leaves the reach or the range of a joint at a time."""
+        """Return the error for a path that leaves the reach, or the range of a joint, at time s."""
         joints = self.joints(path, s, near)
         return self._out_of_reach(path, s, near) if joints is None else self._outside(path, s, joints)
 
     def _out_of_reach(self, path: CartesianPath, s: float, near: Joints) -> LocationOutOfRange:
-        """Return the error for a line that leaves the reach: away from the robot, too close to it, or by the turn of
-        the tool."""
+        """Return the error for a line that leaves the reach: it is too far from the robot, too close to it, or the tool
+        is turned in a way that the arm cannot reach.
+        """
         pose = path.pose(s)
         leaves = f"the straight line leaves the reach of the arm near {self.place_text(pose)}"
         what, hint = ", for how the tool is turned there", self._less_turned(path)
@@ -408,11 +422,11 @@ class Follower:
 
 @cache
 def _closeness(rate_steps: Joints, hopeless: float) -> Callable[[Sample, Sample], bool]:
-    """Return a function that returns whether two samples explain each other: the steps are small, and the velocities
-    explain the motion between them.
+    """Return a function that decides whether two neighbouring samples agree: their differences are small, and the
+    velocities explain the motion between them.
 
-    If a joint is so fast that the line is refused (`hopeless`), its velocity may change by the same fraction. The
-    function is written out for all joints, because it is called for every sample.
+    If a joint is so fast that the line is refused (`hopeless`), its velocity may change by a fraction of itself. The
+    function is generated with the tests of all joints written out, because it is called for every sample.
     """
     numbers = range(len(rate_steps))
     rows = zip("pqvw", ("a.joints", "b.joints", "a.velocity", "b.velocity"), strict=True)
@@ -429,7 +443,7 @@ def _closeness(rate_steps: Joints, hopeless: float) -> Callable[[Sample, Sample]
 
 
 def _ahead(samples: Sequence[Sample], s: float) -> Joints:
-    """Estimate the joints at a time after the last sample."""
+    """Extrapolate the joints to time s, after the last sample."""
     last = samples[-1]
     before = samples[-2] if len(samples) > 1 else last
     h = s - last.s
@@ -439,12 +453,12 @@ def _ahead(samples: Sequence[Sample], s: float) -> Joints:
 
 
 def _overshoot(change: float, before: float, after: float) -> float:
-    """Return how far a joint overshoots the ends of a short interval [rad, m]. `before`, `after`: the velocity at each
-    end times the duration.
+    """Return how far a joint may go beyond its positions at the ends of a short interval [rad, m]. `before`, `after`:
+    the velocity at each end times the duration.
 
     The bound is the overshoot of the cubic with these velocities, 0 if the cubic is monotonic (Fritsch and Carlson,
     1980), plus half of the change that the velocities do not explain. The error of the cubic is smaller than this,
-    since it falls with a higher power of the time.
+    since it decreases with a higher power of the time.
     """
     unexplained = 0.5 * abs(change - 0.5 * (before + after))
     rising = before * change >= 0.0 <= after * change and max(abs(before), abs(after)) <= 3.0 * abs(change)
@@ -452,13 +466,14 @@ def _overshoot(change: float, before: float, after: float) -> float:
 
 
 def seeds_of(samples: list[Sample], widest: float, step: float) -> tuple[Joints, ...]:
-    """Return joints at equal intervals from the first sample to the last, enough of them to keep neighbours within
-    `step`. `widest`: the greatest change of any joint over the samples."""
+    """Return seeds: joints at equal intervals from the first sample to the last, so many that neighbours differ by at
+    most `step`. `widest`: the greatest change of any joint over the samples.
+    """
     if widest < step:
         return samples[0].joints, samples[-1].joints
     ways = [max([abs(y - x) for x, y in zip(a.joints, b.joints, strict=True)]) for a, b in pairwise(samples)]
     travelled = list(accumulate(ways, initial=0.0))
-    # minimum time for a joint step of `MAX_SEED_STEP`; short, because joints may be fast for a moment
+    # shortest time in which a joint moves by MAX_SEED_STEP: seeds are also this close, since joints may be fast briefly
     shortest, behind = (samples[-1].s, 0)
     for sample, way in zip(samples, travelled, strict=True):
         while way - travelled[behind] >= MAX_SEED_STEP:

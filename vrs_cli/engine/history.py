@@ -4,8 +4,8 @@ A step holds a delta and the inverse delta, not the timelines between them, so a
 To save more memory, the steps of old changes can be forgotten.
 
 Recorded events (inputs from outside, observations of programs) are steps but not commands. In virtual time UNDO takes
-recorded events back together with the command before them. In real time UNDO keeps them, since they have happened, and
-takes back only the commands.
+recorded events back together with the command that precedes them. In real time UNDO keeps them, since they have
+happened, and takes back only the commands.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ WIDE_DROP = 64  # number of dropped segments above which the inverse of a step i
 
 
 class HistoryStep(Struct, frozen=True, gc=False):
-    """A command that took effect: its delta, the inverse delta, the clock before the command [s], the policy INSERT,
-    and the displacement of ALTER.
+    """A command that took effect: its delta, the inverse delta, the clock before the command [s], whether it inserted
+    its motion (parameter INSERT), and the displacement of ALTER.
 
     `_source` is the delta, or the packed deltas that contain the delta at `_index`. `back` is the inverse of the delta;
-    or, if the inverse would be long, the timeline before the delta; or None if the delta only adds segments at the end
-    or events. `earlier`: the number of events that were later inserted before the events of this step. `is_record`: the
-    step records events and is not a command.
+    or, if the inverse would be long, the timeline before the delta; or None if the delta only adds events, or segments
+    at the end. `earlier`: the number of events that were later inserted before the events of this step. `is_record`:
+    the step records events and is not a command.
     """
 
     _source: TimelineDelta | DeltaColumns
@@ -65,7 +65,7 @@ class HistoryStep(Struct, frozen=True, gc=False):
 
     @property
     def delta(self) -> TimelineDelta:
-        """The delta of the command. It is made on demand if it is packed."""
+        """The delta of the command; it is made on demand if it is packed."""
         source = self._source
         return source[self._index] if isinstance(source, DeltaColumns) else source
 
@@ -81,7 +81,7 @@ class HistoryStep(Struct, frozen=True, gc=False):
         return self._source.version + self._index
 
     def taking_back(self, version: int) -> TimelineDelta:
-        """Return the delta that undoes this command, for the timeline `version`."""
+        """Return the delta that undoes this command, to be applied to the timeline with the number `version`."""
         back, delta, edit = self.back, self.delta, self.delta.events
         if back is None:
             events = edit and EventEdit(edit.keep, len(edit.events))
@@ -91,18 +91,16 @@ class HistoryStep(Struct, frozen=True, gc=False):
         return back._replace(version=version, events=self._present(back.events))
 
     def present(self, version: int) -> TimelineDelta:
-        """Return the delta of this command, for the timeline `version`."""
+        """Return the delta of this command, to be applied to the timeline with the number `version`."""
         return self.delta._replace(version=version, events=self._present(self.delta.events))
 
     def _present(self, edit: EventEdit | None) -> EventEdit | None:
-        """Return an edit of events, with its index increased by the number of events that were inserted before it
-        later.
-        """
+        """Return an edit of events whose index also counts the events that were later inserted before it."""
         return edit and structs.replace(edit, keep=edit.keep + self.earlier)
 
     def passed_by(self, record: HistoryStep, *, undone: bool) -> tuple[HistoryStep, HistoryStep] | None:
         """Swap this step with a later recorded step: return both as if the recorded step had come first. `undone`: this
-        step had been undone when the recorded step came. Return None if that is impossible because the recorded step
+        step was already undone when the recorded step came. Return None if that is impossible because the recorded step
         came after this step had begun.
         """
         edit, events = self.delta.events, record.delta.events
@@ -132,8 +130,9 @@ class Undone(Struct, frozen=True):
 
 
 class History:
-    """`done`: the steps in force, oldest first, after a number of `forgotten` steps. `undone`: the steps that were
-    undone, in reverse order of REDO; None for a forgotten step.
+    """The steps of one robot. `done`: the steps that are not undone, oldest first, without the oldest ones, of which
+    `forgotten` were commands. `undone`: the steps that were undone, the next step of REDO last; None for a forgotten
+    step.
     """
 
     def __init__(
@@ -145,16 +144,16 @@ class History:
 
     @property
     def known_commands(self) -> list[HistoryStep]:
-        """The commands in force that are not forgotten, oldest first."""
+        """The commands that are neither undone nor forgotten, oldest first."""
         return [step for step in self.done if not step.is_record]
 
     @property
     def commands(self) -> int:
-        """The number of commands in force."""
+        """The number of commands that are not undone, including the forgotten ones."""
         return self.forgotten + len(self.known_commands)
 
     def copy(self) -> History:
-        """Return a history with the same steps, to continue separately."""
+        """Return a history with the same steps, whose later changes are separate."""
         return History(self.done, self.undone, self.forgotten)
 
     def forget(self, version: int) -> None:
@@ -169,17 +168,18 @@ class History:
             self.undone.clear()
 
     def share(self, columns: DeltaColumns, deltas: Sequence[TimelineDelta]) -> None:
-        """Let the steps of packed deltas refer to the columns, which saves memory."""
+        """Make the steps of packed deltas refer to the columns instead of the deltas, which saves memory."""
         first = bisect_left(self.done, columns.version, key=lambda step: step.version)
         for step in self.done[first : first + len(deltas)]:
             index = step.version - columns.version
             if 0 <= index < len(deltas) and step.delta is deltas[index]:
-                structs.force_setattr(step, "_index", index)  # change the step in place, because branches compare steps
+                # change the step in place, because branches compare steps by identity
+                structs.force_setattr(step, "_index", index)
                 structs.force_setattr(step, "_source", columns)
 
     def add(self, step: HistoryStep) -> None:
-        """Add a new command, after which earlier undone commands cannot be redone. Recorded events keep them redoable
-        if they come before all undone commands.
+        """Add a new command, after which earlier undone commands cannot be redone. A recorded event keeps them redoable
+        if it can be placed before all undone commands.
         """
         self.done.append(step)
         if not self.undone:
@@ -196,8 +196,8 @@ class History:
 
     def last_done(self, count: int, *, leaves_recorded: bool = False) -> Sequence[HistoryStep]:
         """Return the steps that UNDO takes back, the last step first: `count` commands and the recorded events after
-        them, unless UNDO `leaves_recorded`. Raises UsageError if there are fewer commands, TooLate for a command that
-        began before events that UNDO keeps.
+        them; the recorded events stay if UNDO `leaves_recorded`. Raises UsageError if there are fewer commands, TooLate
+        for a command that began before recorded events that stay.
         """
         known = len(self.known_commands)
         older = "what is older cannot be taken back any more" if self.forgotten else ""
@@ -226,8 +226,8 @@ class History:
         return known[: (*commands, len(known))[count]]
 
     def take_back(self, clock: float, motion: Motion | None = None) -> None:
-        """Undo the step of a motion (default: the last step), even a forgotten step; `clock` is the present time [s].
-        Raises UsageError if there is no step.
+        """Move the step of a motion (default: the last step), even a forgotten one, to the undone steps; `clock` is the
+        current time [s]. Raises UsageError if there is no step.
         """
         place = len(self.done) - 1
         while motion is not None and place >= 0 and self.done[place].number != motion.number:
@@ -243,7 +243,9 @@ class History:
             _check_count(0, 1, "undo", "", "")
 
     def do_again(self, motion: Motion | None = None) -> None:
-        """Redo the step that was undone last. Raises UsageError if there is no such step."""
+        """Move the step that was undone last back to the done steps. Raises UsageError if there is no such step.
+        `motion`: the motion of the step, in case the step is forgotten.
+        """
         if not self.undone:
             self.last_undone(1)
         last = self.undone.pop()
@@ -253,8 +255,10 @@ class History:
             self.forgotten += 1
 
     def lengthen_last(self, timeline: Timeline) -> None:
-        """End the last command, which is a stream of targets, so that UNDO takes back all segments since it began."""
-        if not self.done:  # the command is so old that it is forgotten
+        """Complete the last command, which is a stream of targets: its step gets all segments since it began, so that
+        UNDO takes them back together.
+        """
+        if not self.done:  # the command is already forgotten
             return
         step = self.done[-1]
         delta, back = step.delta, step.back
@@ -288,7 +292,7 @@ def _check_count(known: int, count: int, what: str, most: str, none: str) -> Non
 
 
 def commands_in_force(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta]:
-    """Return the deltas of the commands that are in force after a sequence of deltas, without their segments."""
+    """Return the deltas, without their segments, of the commands that are not undone after a sequence of deltas."""
     done: list[TimelineDelta] = []
     undone: list[TimelineDelta] = []
     for delta in deltas:
@@ -298,14 +302,15 @@ def commands_in_force(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta
             undone.append(done.pop())
         elif delta.cause is Cause.REDO:
             done.append(undone.pop())
-        elif not done or delta.motion.number != done[-1].motion.number:  # equal numbers: one stream of targets
+        # deltas with the same number are one stream of targets
+        elif not done or delta.motion.number != done[-1].motion.number:
             done.append(delta._replace(segments=()))
             undone.clear()
     return done
 
 
 def records(timeline: Timeline, commands: Sequence[TimelineDelta]) -> tuple[CommandRecord, ...]:
-    """Return the commands of deltas with the times of their motions on a timeline."""
+    """Return a record of the command of each delta, with the times of its motion on the timeline."""
     commands = [delta for delta in commands if delta.motion.kind is not MotionKind.RECORDED]
     begins: dict[int, float] = {}
     ends: dict[int, float] = {}

@@ -1,6 +1,7 @@
 """Measure what a stretch of a straight line demands of the joints: velocity, acceleration and jerk, as fractions of
-their limits. The stretch is known at samples. Values between two samples are bounded by how well the samples explain
-each other. Near a limit, where the bound is not tight enough, further samples are taken.
+their limits (the load). The stretch is known at samples. Values between two samples are bounded by how well the rates
+at both samples explain the change between them. Near a limit, where this bound is not tight enough, further samples are
+taken.
 """
 
 from __future__ import annotations
@@ -28,24 +29,26 @@ SMALL_MARGIN = 1.0005
 ROUNDING = 1e-6  # fraction of a limit: a velocity that exceeds the limit by less counts as at the limit
 ACCELERATION_MARGIN = 1.025
 JERK_MARGIN = 1.01
-CALM_PART = 0.8  # fraction of an acceleration or jerk limit: if estimates by differences are lower, the limit is kept
-NEAR_LIMIT = 0.9  # fraction of an acceleration or jerk limit: samples above it may hide a peak above the limit
-NEAR_PEAK = 0.95  # fraction of the worst joint's load: the peaks of joints above it are searched between samples
-BENT_PART = 0.01  # fraction of the greatest jerk: a larger bend between two samples is sampled more closely
+CALM_PART = 0.8  # fraction of a limit: accelerations and jerks below it, estimated by differences, need no closer check
+NEAR_LIMIT = 0.9  # fraction of a limit: next to a sample above it, acceleration or jerk may exceed the limit
+NEAR_PEAK = 0.95  # fraction of the worst joint's load: joints above it are searched for peaks between samples
+# fraction of the bound of a rate: if more of it is due to the bend between two samples, sample between them
+BENT_PART = 0.01
 FAST_PART = 0.8  # fraction of a velocity limit: a joint that is slower at all samples stays below it between them
-AT_LIMIT = 0.999  # fraction of a velocity limit: a joint that begins above it is at its limit
-SLOWS_DOWN = 0.1  # [1/s] a joint that loses this fraction of its velocity is fastest at the beginning
+AT_LIMIT = 0.999  # fraction of a velocity limit: a joint that begins faster counts as at its limit
+SLOWS_DOWN = 0.1  # [1/s] a joint that loses more than this fraction of its velocity per second is fastest at the start
 CLOSER_STEPS = 8  # maximum number of halvings between two samples
 PEAK_STEPS = 14
-AS_EXPECTED = 1e-4  # precision of a peak, as a fraction of a velocity limit
+AS_EXPECTED = 1e-4  # precision with which a velocity peak is located, as a fraction of the velocity limit
 LOST_MEASURE = 1e-6  # singular measure of a pose in which joint rates are only rounding errors
-EVEN_PART = 1e-3  # allowed difference between even steps from sample to sample, as a fraction of a step
+EVEN_PART = 1e-3  # samples count as evenly spaced if their distances differ by less than this fraction
 SINGULAR = 1e-14  # singular measure of a pose that is singular except for rounding
 
 
 class Load(Struct, frozen=True):
-    """The maximum joint velocity, acceleration and jerk as fractions of their limits, the joint with the largest
-    fraction, and the path and time [s] where it occurs."""
+    """The maximum joint velocity, acceleration and jerk as fractions of their limits; the joint with the largest
+    fraction; and `at`: the path, and the time on it [s], at which that fraction occurs.
+    """
 
     velocity: float = 0.0
     acceleration: float = 0.0
@@ -55,11 +58,11 @@ class Load(Struct, frozen=True):
 
     @property
     def slowing(self) -> float:
-        """The factor by which time must be stretched for the joints to follow."""
+        """The factor by which the time must be stretched so that all joints keep their limits."""
         return max(self.velocity, sqrt(self.acceleration), cbrt(self.jerk))
 
     def worse(self, other: Load) -> Load:
-        """Return the maxima of both loads, with the joint of the larger load."""
+        """Return the maxima of two loads, with the joint and time of the load that requires more slowing."""
         if other.velocity <= self.velocity and other.acceleration <= self.acceleration and other.jerk <= self.jerk:
             return self  # the most frequent case
         if not (self.velocity or self.acceleration or self.jerk):
@@ -70,19 +73,20 @@ class Load(Struct, frozen=True):
 
 
 class Moment(Struct, frozen=True):
-    """A sample, with the joint accelerations and jerks there [rad/s2, rad/s3]."""
+    """A sample together with the joint accelerations and jerks at its time [rad/s2, rad/s3]."""
 
     sample: Sample
     acceleration: Joints
     jerk: Joints
 
 
-Rates = tuple[float, Joints]  # a time of the stretch [s], and the rates of the joints there
+# a time on the stretch [s], and rates of the joints (velocities or accelerations) at that time
+Rates = tuple[float, Joints]
 
 
 class StretchLoad:
-    """The load of one stretch of a path, from the samples of a follower. `closely`: the stretch passes close to a
-    boundary.
+    """The load of a stretch of a path, computed from the samples of a follower. `closely`: the stretch passes close to
+    a boundary of the reach.
     """
 
     def __init__(
@@ -90,13 +94,14 @@ class StretchLoad:
     ) -> None:
         self.follower, self.path, self.samples, self.closely = follower, path, samples, closely
         self.arm, self.limits = follower.arm, follower.arm.model
-        self.velocities = list(zip(*[sample.velocity for sample in samples], strict=True))  # velocities by joint
+        # for each joint, its velocities at the samples
+        self.velocities = list(zip(*[sample.velocity for sample in samples], strict=True))
 
     def parabolic(self, start: Joints) -> Load:
         """Return the maximum load of a stretch with parabolic blends.
 
-        A joint that is no faster than at the start of the motion, `start`, gets little margin: the interrupted motion
-        may have been at its limit.
+        `start`: the joint velocities at the start of the motion. A joint that is no faster than these gets little
+        margin: the interrupted motion may have been at its limit.
         """
         samples, fast = self.samples, self._fast()
         times, means = _means(samples, self.velocities)
@@ -114,10 +119,10 @@ class StretchLoad:
         return self._velocity(start, first[1], tuple([column[0] for column in means])).worse(load)
 
     def smooth(self, start: Joints) -> Load:
-        """Return the maximum load of a stretch of a jerk-limited motion, with its jerk.
+        """Return the maximum load of a stretch of a jerk-limited motion, including its jerk.
 
-        Return no load if the velocities of the samples show that no joint comes near a limit. Near a singular pose they
-        cannot show this, because joints may be quick for a moment there.
+        Return an empty load if the velocities of the samples show that no joint comes near a limit. Near a singular
+        pose they cannot show this, because joints may be fast there for a short time.
         """
         clear, fast = self._clear(), self._fast()
         calm = clear is self.samples and not (fast or self.closely) and self._calm()
@@ -136,8 +141,8 @@ class StretchLoad:
         """Return whether accelerations and jerks stay clearly below their limits, estimated from differences of
         velocities between samples.
 
-        The differences are extrapolated from one sample to the next. Return False for samples that are few or not
-        evenly spaced.
+        The estimates are extrapolated to the next samples. Return False if the samples are too few or not evenly
+        spaced.
         """
         samples, lasting = self.samples, self.samples[-1].s - self.samples[0].s
         step = lasting / (len(samples) - 1)
@@ -161,7 +166,7 @@ class StretchLoad:
     # --- velocity ---
 
     def _fast(self) -> bool:
-        """Return whether any joint is so fast at some time that its velocity counts."""
+        """Return whether any joint comes so close to its velocity limit that the velocity load must be computed."""
         for column, limit in zip(self.velocities, self.limits.max_velocity, strict=True):
             if max(column) > FAST_PART * limit or min(column) < -FAST_PART * limit:
                 return True
@@ -170,8 +175,8 @@ class StretchLoad:
     def _velocity(self, start: Joints, at_first: Joints, first_mean: Joints) -> Load:
         """Return the load by velocity.
 
-        The velocities count at all samples but the first, whose velocity is given; between the first two samples; and
-        where a joint is fastest.
+        The maximum is taken over all samples except the first, whose velocity is given; the interval between the first
+        two samples; and the peaks of the fastest joints.
         """
         samples, columns = self.samples, self.velocities
         fastest = _greatest([column[1:] for column in columns])
@@ -187,7 +192,7 @@ class StretchLoad:
             load = load.worse(self._velocity_at(sample, SMALL_MARGIN))
         rows = zip(samples[0].velocity, at_first, self.limits.max_velocity, strict=True)
         for i, (v, a, limit) in enumerate(rows) if worst <= 1.0 + ROUNDING else ():
-            # a joint that begins at its limit is fastest before the second sample, unless it slows down
+            # unless it slows down, a joint that begins at its limit is fastest before the second sample
             if abs(v) >= AT_LIMIT * limit and a * v > -SLOWS_DOWN * abs(v):
                 load = load.worse(self._velocity_at(self._peak(i, samples[0], samples[1]), 1.0))
         return load
@@ -198,11 +203,13 @@ class StretchLoad:
         return Load(ratios[joint], joint=joint + 1, at=(self.path, sample.s))
 
     def _peaks(self, columns: Sequence[Joints], worst: float) -> Iterator[Sample]:
-        """Yield samples at the times at which joints that may be too fast are fastest. Past a singularity this peak may
-        be very short."""
+        """Yield the samples at which the joints that may be too fast are fastest. Next to a singularity such a peak may
+        be very short.
+        """
         samples, near = self.samples, NEAR_PEAK * max(worst, 1.0)
         for i, (most, limit) in enumerate(zip(_greatest(columns), self.limits.max_velocity, strict=True)):
-            if most / limit >= near and (k := _where_largest(columns[i])):  # the peak of the first interval is known
+            # k = 0: the peak in the first interval is already known
+            if most / limit >= near and (k := _where_largest(columns[i])):
                 yield self._peak(i, samples[k - 1], samples[min(k + 1, len(samples) - 1)])
 
     def _peak(self, joint: int, before: Sample, after: Sample) -> Sample:
@@ -239,9 +246,9 @@ class StretchLoad:
         counts: float,
     ) -> Rates | None:
         """Return the joint accelerations at the first or the last sample. Return None if the line through the two
-        nearest means shows that no joint comes near the fraction `counts` of its limit.
+        nearest mean accelerations shows that no joint comes near the fraction `counts` of its limit.
 
-        `near`, `far`: the times of these means; `nearest`: their numbers.
+        `near`, `far`: the times of these means [s]; `nearest`: their indices.
         """
         part, (i, j) = (sample.s - near) / (near - far), nearest
         for column, limit in zip(means, self.limits.max_acceleration, strict=True):
@@ -253,10 +260,10 @@ class StretchLoad:
         return None
 
     def _near_limit(self, means: list[Sequence[float]], greatest: list[float], counts: float) -> Iterator[Rates]:
-        """Yield the joint accelerations at both samples of a joint's maximum mean, if that mean is near the limit and
-        may hide an acceleration that counts.
+        """Yield the joint accelerations at the two samples around a joint's maximum mean acceleration, if this mean is
+        near the limit and may hide an acceleration above the fraction `counts` of the limit.
 
-        The accelerations at the ends of the stretch are known.
+        The first and last sample are left out, since the accelerations there are known.
         """
         near = dict[int, None]()  # the samples in order, each only once
         for column, most, limit in zip(means, greatest, self.limits.max_acceleration, strict=True):
@@ -271,8 +278,8 @@ class StretchLoad:
                 yield sample.s, rates
 
     def _bends(self) -> Iterator[Rates]:
-        """Yield the joint accelerations at all samples, and between two samples that do not explain the mean
-        acceleration between them.
+        """Yield the joint accelerations at all samples, and at further times between two samples whose accelerations do
+        not explain the mean acceleration between them.
         """
         pending = [(a, b, CLOSER_STEPS) for a, b in pairwise(self._clear())][::-1]
         while pending:
@@ -294,7 +301,9 @@ class StretchLoad:
     def _rates_at(
         self, rates: Callable[[RobotArm, CartesianPath, float, Joints, Joints, Transform], R], sample: Sample
     ) -> R | None:
-        """Return the rates of the joints at a sample; None in a singular pose, where rates are not defined."""
+        """Return the rates of the joints that the function `rates` computes at a sample; None in a singular pose, where
+        they are not defined.
+        """
         try:
             return rates(self.arm, self.path, *sample, self.follower.tool)
         except StraightLineSingular:
@@ -311,14 +320,16 @@ class StretchLoad:
     def _greatest_of(
         self, times: Sequence[float], columns: Sequence[Sequence[float]], greatest: list[float], margin: float
     ) -> Load:
-        """Return the load by accelerations in columns, one for each joint, whose greatest values are given."""
+        """Return the load by accelerations. `columns`: the accelerations of each joint at the `times`; `greatest`: the
+        maximum of each column; `margin`: the factor on the load.
+        """
         ratios = list(map(truediv, greatest, self.limits.max_acceleration))
         worst = max(ratios)
         joint = ratios.index(worst)
         return Load(0.0, worst * margin, joint=joint + 1, at=(self.path, times[_where_largest(columns[joint])]))
 
     def _worse(self, load: Load, rates: Iterable[Rates]) -> Load:
-        """Return the larger of a load and the load by joint accelerations with their margin."""
+        """Return the maximum of a load and the loads by the given joint accelerations, with ACCELERATION_MARGIN."""
         for s, row in rates:
             ratios = list(map(truediv, map(abs, row), self.limits.max_acceleration))
             worst = max(ratios)
@@ -329,13 +340,14 @@ class StretchLoad:
 
     def _smooth_acceleration(self, moments: list[Moment], means: list[Rates]) -> Load:
         """Return the load by acceleration: at the samples, and where the jerk changes its sign between two of them. The
-        acceleration at the first sample is given: the interrupted motion may have been at its limit.
+        acceleration at the first sample gets no margin: the interrupted motion may have been at its limit.
         """
         rates = [*((moment.sample.s, moment.acceleration) for moment in moments), *means]
         load = self._acceleration(rates, SMALL_MARGIN)
         if load.acceleration < NEAR_LIMIT:
             return load
-        for a, b in pairwise(moments):  # where the jerk of a joint is zero; 0 for joints whose jerk keeps its sign
+        # acceleration where the jerk of a joint is zero; 0 for joints whose jerk keeps its sign
+        for a, b in pairwise(moments):
             half = 0.5 * (b.sample.s - a.sample.s)
             rows = zip(a.acceleration, a.jerk, b.jerk, strict=True)
             peaks = tuple([v + half * x * x / (x - y) if x * y < 0.0 else 0.0 for v, x, y in rows])
@@ -347,7 +359,7 @@ class StretchLoad:
     def _clear(self) -> list[Sample]:
         """Return the samples without those next to a singular pose in which the line begins or ends.
 
-        Singular measures that are nearly 0 on the whole line do not count.
+        Singular measures that are nearly 0 on the whole line are ignored.
         """
         ends = [sample for sample in (self.samples[0], self.samples[-1]) if self.follower.singular(sample)]
         if not any(min(self.arm.singularity(sample.joints)) < SINGULAR for sample in ends):
@@ -358,8 +370,9 @@ class StretchLoad:
         return [sample for sample, measure in rows if min([measure[k] for k in left], default=1.0) > LOST_MEASURE]
 
     def _jerk(self, moments: list[Moment]) -> Load:
-        """Return the load by jerk at the moments, with bounds of it between them. Further samples are taken where a
-        bound is near the limit."""
+        """Return the load by jerk: at the moments, and a bound of the jerk between them. Further samples are taken
+        where the bound is near the limit.
+        """
         load = Load()
         pending = [(a, b, CLOSER_STEPS) for a, b in pairwise(moments)]
         while pending:
@@ -380,8 +393,8 @@ class StretchLoad:
 
 
 def _top_of(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> tuple[float, float] | None:
-    """Return the position and value of the maximum of a parabola through three points in order; None if the parabola
-    has no maximum.
+    """Return the position and value of the maximum of the parabola through three points, which are in order; None if
+    the parabola has no maximum.
     """
     (x, u), (y, v), (z, w) = a, b, c
     if not x < y < z:
@@ -390,14 +403,15 @@ def _top_of(a: tuple[float, float], b: tuple[float, float], c: tuple[float, floa
     bend = (fall - rise) / (z - x)
     if bend >= 0.0:
         return None
-    slope = rise + bend * (y - x)  # slope at b
+    slope = rise + bend * (y - x)  # slope of the parabola at point b
     return y - 0.5 * slope / bend, v - 0.25 * slope * slope / bend
 
 
 def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float) -> list[tuple[float, bool]]:
-    """Return a bound of each rate between two samples, at which the rates are a and b, and whether it may exceed both.
-    `before`, `after`: the integrals of these rates. The parabola has the rates at both ends and the right mean. Its
-    distance from its chord is greatest in the middle, one and a half times the distance of the mean from the chord.
+    """For each joint, return a bound of a rate between two samples, and whether the rate may exceed its values at both.
+    `a`, `b`: the rates at the samples; `before`, `after`: the integrals of the rate there. The parabola with these end
+    values and the right mean is used: its distance from its chord is greatest in the middle, where it is 1.5 times the
+    distance of the mean from the chord.
     """
     found = []
     for x, y, v, w in zip(a, b, before, after, strict=True):
@@ -410,7 +424,9 @@ def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float
 def _means(
     samples: Sequence[Sample], velocities: Iterable[Sequence[float]]
 ) -> tuple[list[float], list[Sequence[float]]]:
-    """Return the times halfway between samples, and the mean accelerations between them, one column for each joint."""
+    """Return the times halfway between samples [s], and the mean accelerations between samples, one column for each
+    joint.
+    """
     times = [sample.s for sample in samples]
     steps = list(map(sub, times[1:], times))
     columns: list[Sequence[float]] = [list(map(truediv, map(sub, column[1:], column), steps)) for column in velocities]
@@ -427,7 +443,9 @@ def _where_largest(values: Sequence[float]) -> int:
 
 
 def _first_peak(velocity: float, rate: float, mean: float, lasting: float) -> float:
-    """Return the maximum velocity between the first two samples, by a parabola with the acceleration at the start."""
+    """Return the maximum velocity between the first two samples, by a parabola with the velocity and the acceleration
+    `rate` at the start and the `mean` acceleration between the samples.
+    """
     bend = rate - mean
     if rate * velocity > 0.0 and abs(rate) < 2.0 * abs(bend) and bend * velocity > 0.0:
         return velocity + rate * rate * lasting / (4.0 * bend)

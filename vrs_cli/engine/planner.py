@@ -1,14 +1,14 @@
 """The trajectory generation function f: a motion command edits the timeline.
 
-f(theta; p, t, v; tau[k]) -> TimelineDelta. The motion in force at the execution time is truncated there. The new motion
-takes its place, and starts from the present position and velocity. Motions that are scheduled later stay: the next
-motion is planned again from the new position to its own target, and so on while motions blend into each other. From the
-first boundary with unchanged position and velocity, segments are only shifted in time.
+f(theta; p, t, v; tau[k]) -> TimelineDelta. The motion in progress at the execution time is truncated there. The new
+motion takes its place, and starts from the position and velocity at that time. Motions that are scheduled later stay:
+the next motion is planned again from the new position to its own target, and so on while motions blend into each other.
+From the first boundary on at which position and velocity are unchanged, segments are only shifted in time.
 
-Events up to the cut stay. A tied event keeps its distance to the start of its motion, or to the end of the interrupted
-motion. An event with a time of its own keeps that time, but comes no later than the tail begins. The tail is shifted as
-a whole, with its events. Inputs from outside are never shifted. If nothing is inserted (INSERT OFF, BRAKE, JOG,
-steering), all events after the cut are dropped.
+Events up to the cut stay. A tied event keeps its distance in time to the start of its motion, or to the end of the
+interrupted motion. An event with its own time keeps this time, but comes at the latest when the tail begins. The tail
+is shifted as a whole, with its events. Inputs from outside are never shifted. If nothing is inserted (INSERT OFF,
+BRAKE, JOG, steering), all events after the cut are dropped.
 """
 
 from __future__ import annotations
@@ -49,11 +49,11 @@ def plan(
     slowest: float = SLOWEST,
     event: Event | None = None,
 ) -> TimelineDelta:
-    """Function f: return the change of the timeline that lets `motion` start at `executed` [s].
+    """Function f: return the change of the timeline that makes `motion` start at `executed` [s].
 
-    Cut the timeline there, plan the motion, plan the following motions again, and shift the remaining segments.
-    `insert` false: drop all later motions. `event`: an event at the start of the motion. Raises MotionError if the
-    motion is impossible, or a later motion that is planned again; the message names the later motion.
+    Cut the timeline there, plan the motion, plan the following motions again as far as needed, and shift the remaining
+    segments. `insert` false: drop all later motions. `event`: an event at the start of the motion. Raises MotionError
+    if the motion is impossible, or a later motion that must be planned again; the message then names the later motion.
     """
     cut = cut_at(arm, timeline, executed)
     cut, segments = _plan_from_cut(timeline, cut, Problem(arm, cut.here, motion, executed, slowest))
@@ -74,14 +74,14 @@ def plan_resync(
     stops: bool,
     slowest: float = SLOWEST,
 ) -> tuple[TimelineDelta, ResyncReport]:
-    """Function f for RESYNC: go to the measured joints [rad, m], put inside their ranges, and from there to the end of
-    the motion in progress. With `stops`, stay at the measured joints and drop all scheduled motions.
+    """Function f for RESYNC: move to the measured joints [rad, m], limited to their ranges, and from there to the end
+    of the motion in progress. With `stops`, stay at the measured joints and drop all scheduled motions.
 
-    The real arm holds its position meanwhile, so only the virtual robot moves to the measured joints, as fast as its
-    limits allow. Then both have the same joints, and the real arm follows again. RESYNC is one command with one delta.
-    `times`: issued and executed [s]. `leaves`: the minimum time [s] until which the robot stays at the measured joints,
-    so that the real arm receives the motion in time. `resting`: the motion to use if none is in progress; its goal is
-    replaced. Raises MotionError.
+    The real arm holds its position during this move, so only the virtual robot moves to the measured joints, as fast as
+    its limits allow. Then both have the same joints, and the real arm follows again. RESYNC is one command with one
+    delta. `times`: issued and executed [s]. `leaves`: the earliest time [s] at which the robot leaves the measured
+    joints, so that the real arm receives the motion in time. `resting`: the motion to use if none is in progress; its
+    goal is replaced. Raises MotionError.
     """
     issued, begin = times
     under_way, index = timeline.locate(begin)[0].motion, timeline.index_at(begin)
@@ -123,7 +123,7 @@ def plan_resync(
 def drop_rest(
     timeline: Timeline, keep: int, segments: tuple[Segment, ...], motion: Motion, issued: float, executed: float
 ) -> TimelineDelta:
-    """Return the delta that puts segments after the first `keep` ones and drops all later segments."""
+    """Return the delta that puts `segments` after the first `keep` segments and drops all later ones."""
     count, events = len(timeline), None
     if timeline.event_count:
         events = edit_events(timeline, keep, count, segments, 0.0, inserts=False)
@@ -134,11 +134,11 @@ def drop_rest(
 
 
 class CutPlace(Struct, frozen=True):
-    """The point at which a time cuts the timeline: after `keep` segments, with the state at that time and the
-    interrupted motion.
+    """The point at which a time cuts the timeline: after `keep` segments, with the state of the robot at that time and
+    the interrupted motion.
 
-    The interrupted motion is that of the first segment that ends later, even if that segment begins at that time: the
-    later command counts. The interrupted motion is None in a gap and after the end.
+    The interrupted motion is the motion of the first segment that ends after that time, even if that segment begins
+    exactly then: the newer command has priority. It is None in a gap and after the end.
     """
 
     keep: int
@@ -163,10 +163,10 @@ def cut_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
 
 
 def _plan_from_cut(timeline: Timeline, cut: CutPlace, problem: Problem) -> tuple[CutPlace, tuple[Segment, ...]]:
-    """Plan a motion that starts from the motion in progress or, if that motion must continue, after the arm has come to
-    rest.
+    """Plan a motion that starts out of the motion in progress or, if that motion cannot be interrupted, after the arm
+    has come to rest.
 
-    Return its segments and the point at which they cut the timeline.
+    Return the point at which the planned segments cut the timeline, and the segments.
     """
     rounds = problem.motion.start is Start.BLEND and cut.interrupted is not None
     if not rounds:
@@ -189,7 +189,9 @@ def _plan_from_cut(timeline: Timeline, cut: CutPlace, problem: Problem) -> tuple
 
 
 class _Tail(Struct, frozen=True):
-    """The segments of a timeline from `index` on: `next` is the first of them, `before` the segment before `next`."""
+    """The segments of the timeline `old` from `index` on: `next` is the first of them, `before` the segment before
+    `next`.
+    """
 
     old: Timeline
     index: int
@@ -198,11 +200,11 @@ class _Tail(Struct, frozen=True):
 
     @classmethod
     def of(cls, old: Timeline, index: int) -> _Tail:
-        """Make the tail of a timeline from a segment number on."""
+        """Make the tail of a timeline that begins with segment number `index`."""
         return cls(old, index, old[index - 1], old[index] if index < len(old) else None)
 
     def after(self, motion: Motion | None) -> _Tail:
-        """Return the tail without the segments of a given motion at its start."""
+        """Return the tail without the segments at its start that are part of the given motion."""
         index, before, following = self.index, self.before, self.next
         while motion is not None and following is not None and following.motion.number == motion.number:
             index, before = index + 1, following
@@ -211,7 +213,9 @@ class _Tail(Struct, frozen=True):
 
 
 class _Edit(Struct, frozen=True, dict=True):
-    """A change of a timeline that is being planned: `segments` replace the old ones between the cut and the `tail`."""
+    """A change of a timeline that is being planned: `segments` replace the old segments between the cut and the
+    `tail`.
+    """
 
     arm: RobotArm
     slowest: float
@@ -232,7 +236,7 @@ class _Edit(Struct, frozen=True, dict=True):
         inserts: bool = True,
         event: Event | None = None,
     ) -> _Edit:
-        """Replace the motion that a cut interrupts by segments; drop later motions unless the motion `inserts`."""
+        """Replace the motion that a cut interrupts by segments; drop all later motions unless the change `inserts`."""
         tail = _Tail.of(timeline, cut.keep).after(cut.interrupted) if inserts else _Tail.of(timeline, len(timeline))
         return cls(arm, slowest, cut, segments, tail, inserts, event)
 
@@ -243,8 +247,8 @@ class _Edit(Struct, frozen=True, dict=True):
 
     @property
     def changes_next(self) -> bool:
-        """Return whether the next motion now starts at other joints, or was already moving at its start before the
-        change.
+        """Return whether the next motion must be planned again: it now starts at other joints, or it was moving at its
+        start before the change.
         """
         if self.tail.next is None:
             return False
@@ -252,14 +256,14 @@ class _Edit(Struct, frozen=True, dict=True):
         return not (before.at_rest and largest_change(self.place.joints.joints, before.joints) <= SAME_PLACE)
 
     def _begin(self, first: Segment) -> float:
-        """Return the start time [s] of the next motion, whose first segment is given, if it starts from rest."""
+        """Return when the next motion begins [s] if it starts from rest. `first`: its old first segment."""
         end = self.segments[-1].finish
         if first.motion.start is Start.AT or not (self.cut.interrupted or self.tail.index > self.cut.keep):
             return max(first.start, end)
         return end + first.start - self.tail.before.finish
 
     def delta(self, motion: Motion, issued: float, executed: float) -> TimelineDelta:
-        """Return the change as a delta that a motion causes; the tail is shifted to the end of the segments."""
+        """Return the change as the delta of a motion; the tail is shifted to the end of the planned segments."""
         old, following, events = self.tail.old, self.tail.next, None
         shift = 0.0 if following is None else self._begin(following) - following.start
         keep, segments = self.cut.keep, self.segments
@@ -289,7 +293,7 @@ class _Edit(Struct, frozen=True, dict=True):
         return structs.replace(self, segments=(*kept, *new), tail=tail)
 
     def _plan_next(self, first: Segment, motion: Motion) -> tuple[Segment, ...]:
-        """Plan a motion again whose first old segment is `first`.
+        """Plan the next motion again. `first`: its old first segment.
 
         If the motion blends into the previous one, or its execution time lies in the previous one, it starts in motion;
         otherwise it starts from rest.
@@ -307,7 +311,9 @@ class _Edit(Struct, frozen=True, dict=True):
         return plan_motion(resting)
 
     def _problem_in_motion(self, resting: Problem, begin: float) -> Problem:
-        """Return the planning problem of the current motion, restarted at a time within its planned segments."""
+        """Return the planning problem of the same motion when it starts at the time `begin` [s] out of the planned
+        segments.
+        """
         segments = self.segments
         segment = next((segment for segment in reversed(segments) if segment.start < begin), segments[0])
         here = state_at(self.arm, segment, min(begin - segment.start, segment.duration))
@@ -327,9 +333,9 @@ def edit_events(
     inserts: bool,
     own: Event | None = None,
 ) -> EventEdit | None:
-    """Return the change of the events for a delta; None if no event changes. The delta keeps `keep` segments, puts
-    `new` after them, and shifts those from index `tail` on by `shift` [s]. `own`: an event at the start of the new
-    motion.
+    """Return the change of the events that goes with a delta; None if no event changes. The delta keeps `keep`
+    segments, puts `new` after them, and shifts those from index `tail` on by `shift` [s]. `own`: an event at the start
+    of the new motion.
     """
     cut, count = new[0].start, old.event_count
     kept, coming = old.events_by(cut), () if own is None else (own._replace(time=cut),)
@@ -345,7 +351,7 @@ def edit_events(
     gone = [*old.event_slice(kept, after)]
     moved = [_move_event(event, anchors, begins + shift) for event in gone]
     latest = max((event.time for event in moved), default=-inf)
-    last_input = after  # 1 + the index of the last input from outside that would shift with the tail
+    last_input = after  # 1 + the index of the last input from outside in the tail, which must not be shifted
     if shift and any(channel >= FIRST_INPUT for channel in old.channels):
         places = range(count - 1, after - 1, -1)
         last_input = next((index + 1 for index in places if _is_input(old.event(index))), after)
@@ -355,7 +361,7 @@ def edit_events(
         latest = max(latest, moved[-1].time)
     after = kept + len(gone)
     for event in old.event_slice(after, old.events_by(latest - shift, before=True)):
-        gone.append(event)  # an input from outside now comes after this event
+        gone.append(event)  # an input that keeps its time now comes after this event
         moved.append(event.shift_by(shift))
     after = kept + len(gone)
     moved.sort(key=lambda event: event.time)  # the sort is stable: events of one instant keep their order
@@ -372,8 +378,9 @@ def _is_input(event: Event) -> bool:
 
 
 def _anchors(old: Timeline, keep: int, tail: int, new: Sequence[Segment], shift: float) -> Anchors:
-    """Return the start times of the motions that are planned again, the end of the last interrupted motion, and the
-    start of the tail."""
+    """Return pairs of old and new instants, by which tied events move: the starts of the motions that are planned
+    again, the end of the last interrupted motion, and the start of the tail.
+    """
     starts: dict[int, float] = {}
     for segment in new:
         starts.setdefault(segment.motion.number, segment.start)
@@ -393,7 +400,7 @@ def _anchors(old: Timeline, keep: int, tail: int, new: Sequence[Segment], shift:
 
 
 def _move_event(event: Event, anchors: Anchors, latest: float) -> Event:
-    """Return an event at its new time. `latest`: the start of the tail [s]."""
+    """Return an event with its new time. `latest`: the new start of the tail [s]."""
     if _is_input(event):
         return event
     if not event.tied:

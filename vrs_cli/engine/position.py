@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 
 TWIST_LENGTH = 6  # number of components of a twist
-POSES_AT_ONCE = 2048  # number of poses computed together, which stay in the processor's cache
+POSES_AT_ONCE = 2048  # number of poses computed together: so few that they fit in the processor's cache
 NO_TURN = Turn((0.0, 0.0, 1.0), (0.0,))
-SINGULAR_RATE = 1.5  # multiple of a joint's velocity limit from which a pose counts as singular; no motion is this fast
+SINGULAR_RATE = 1.5  # multiple of a joint limit above which rates are computed one by one: the pose is nearly singular
 
 
 class Watched(Protocol):
@@ -47,8 +47,9 @@ class Watched(Protocol):
 
 
 class PlaceArrays(Struct, frozen=True):
-    """The state of the robot at N times: times (N,) [s], joints (N, n) [rad], T_world_tool (N, 3, 4) [m], hand (N,)
-    with 1 for open."""
+    """The state of the robot at N times: times (N,) [s], joints (N, n) [rad], T_world_tool (N, 3, 4) [m], and the
+    opening of the hand (N,), 1 for open.
+    """
 
     times: Floats
     joints: Floats
@@ -57,7 +58,9 @@ class PlaceArrays(Struct, frozen=True):
 
 
 class PositionArrays(PlaceArrays, frozen=True):
-    """Places with the velocity [rad/s] and acceleration [rad/s2] of the joints, (N, n) each."""
+    """The state of the robot at N times, as in `PlaceArrays`, with the velocity [rad/s] and acceleration [rad/s2] of
+    the joints, (N, n) each.
+    """
 
     velocity: Floats
     acceleration: Floats
@@ -76,7 +79,7 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
     """Return the robot's position at time t [s]. The robot is at rest in gaps, before the first segment and after the
     last.
 
-    On a boundary the velocity and acceleration are those of the segment that begins.
+    At a boundary between two segments, velocity and acceleration are those of the later segment.
     """
     segment, s = timeline.locate(t)
     joints = segment_joints(arm, segment, s)
@@ -88,8 +91,9 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
 
 
 def joint_state_at(arm: RobotArm, timeline: Timeline, t: float) -> JointState:
-    """Return the joints of `position_at` and their rates [rad, m], without the pose, for controllers that call
-    often."""
+    """Return the joints of `position_at` [rad, m] with their velocities and accelerations, without the pose, which
+    takes less time; for controllers that call it often.
+    """
     segment, s = timeline.locate(t)
     joints = segment_joints(arm, segment, s)
     if segment.moves(s):
@@ -99,12 +103,12 @@ def joint_state_at(arm: RobotArm, timeline: Timeline, t: float) -> JointState:
 
 
 def destination_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
-    """Return the end position of the motion in progress at t [s], or the position of a robot at rest."""
+    """Return the position at the end of the motion in progress at t [s], or the position of a robot at rest."""
     return position_at(arm, timeline, finish_after(timeline, t))
 
 
 def finish_after(timeline: Timeline, t: float) -> float:
-    """Return when the motion in progress at t [s] ends, or when the last motion ended."""
+    """Return when the motion in progress at t [s] ends, or when the last motion before t ended [s]."""
     index = timeline.index_at(t)
     segment = timeline[index]
     number = segment.motion.number
@@ -114,7 +118,7 @@ def finish_after(timeline: Timeline, t: float) -> float:
 
 
 def start_before(timeline: Timeline, t: float) -> float:
-    """Return when the motion in progress at t [s] began."""
+    """Return when the motion in progress at t [s] began [s]."""
     index = timeline.index_at(t)
     number = timeline[index].motion.number
     while index and timeline[index - 1].motion.number == number:
@@ -123,12 +127,14 @@ def start_before(timeline: Timeline, t: float) -> float:
 
 
 def world_pose(arm: RobotArm, frames: Frames, joints: Joints) -> Transform:
-    """Return T_world_tool of joints, with BASE and TOOL."""
+    """Return T_world_tool at these joints, with the given BASE and TOOL."""
     return compose(inverse(frames.base), compose(arm.forward(joints), frames.tool))
 
 
 def rates_in(arm: RobotArm, segment: Segment, s: float, joints: Joints) -> tuple[Joints, Joints]:
-    """Return joint velocity and acceleration inside a segment; zero where a straight line begins or ends at rest."""
+    """Return joint velocity and acceleration at s seconds into a segment; zero where a straight line begins or ends at
+    rest in a singular pose.
+    """
     path = segment.path
     if isinstance(path, JointPath):
         return path.velocity(s), path.acceleration(s)
@@ -156,7 +162,7 @@ def accelerations_at_ends(arm: RobotArm, segment: Segment) -> tuple[Joints, Join
 
 
 def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
-    """Return the joints at times (N,) [s], in any order: (N, n) [rad]. Sorted times take the least time."""
+    """Return the joints at times (N,) [s], in any order: (N, n) [rad]. Sorted times are computed fastest."""
     import numpy as np
 
     times, back = _in_order(times)
@@ -169,7 +175,7 @@ def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
 
 
 def _in_order(times: Floats) -> tuple[Floats, Rows | None]:
-    """Sort times; return them, and for each original time its index among them (None if the times were sorted)."""
+    """Return sorted times, and for each original time its index among them (None if the times were sorted already)."""
     import numpy as np
 
     times = np.asarray(times, dtype=float)
@@ -182,7 +188,7 @@ def _in_order(times: Floats) -> tuple[Floats, Rows | None]:
 
 
 def _blocks(timeline: Timeline, times: Floats) -> Iterator[tuple[RowPart, slice]]:
-    """Yield the blocks in which sorted times (N,) lie, each with the slice of times in it."""
+    """Yield each block of segments that contains some of the sorted times (N,), with the slice of these times."""
     import numpy as np
 
     found = list(timeline.blocks(float(times[0]), float(times[-1]))) if len(times) else []
@@ -193,7 +199,7 @@ def _blocks(timeline: Timeline, times: Floats) -> Iterator[tuple[RowPart, slice]
 
 
 class _Rates(Struct, frozen=True):
-    """Joints (N, n), and their velocity and acceleration to be computed."""
+    """The joints (N, n), and arrays for their velocity and acceleration, which are still to be computed."""
 
     q: Floats
     qd: Floats
@@ -201,10 +207,9 @@ class _Rates(Struct, frozen=True):
 
 
 class _Line(Struct, frozen=True):
-    """A straight line in a table of segments.
+    """A straight line in a table of segments, and the times for which it is evaluated.
 
-    `rows` (k,): the indices of the times on this line. `s` (k,): the time [s] from the start of the line to each of
-    them.
+    `rows` (k,): the indices of these times. `s` (k,): these times, counted from the start of the line [s].
     """
 
     segment: Segment
@@ -214,7 +219,9 @@ class _Line(Struct, frozen=True):
 
 
 def _lines(table: BlockTable, places: Rows, s: Floats) -> list[_Line]:
-    """Return the straight lines among the segments at `places` (N,), which are in order of time."""
+    """Return the straight lines among the segments at the indices `places` (N,), which are in order of time; `s` (N,):
+    the times since the start of each segment [s].
+    """
     import numpy as np
 
     found = []
@@ -226,8 +233,9 @@ def _lines(table: BlockTable, places: Rows, s: Floats) -> list[_Line]:
 
 
 def _joints(arm: RobotArm, table: BlockTable, places: Rows, s: Floats, lines: list[_Line], out: Floats) -> None:
-    """Store in `out` the joints (N, n) at `s` seconds (N,) into the segments at `places` (N,), including those on
-    `lines`."""
+    """Store in `out` the joints (N, n) at `s` seconds (N,) into the segments at `places` (N,); `lines`: those segments
+    that are straight lines.
+    """
     table.joints(places, s, out)
     alike: dict[tuple[Any, ...], list[_Line]] = {}
     for line in lines:
@@ -242,7 +250,7 @@ def _joints(arm: RobotArm, table: BlockTable, places: Rows, s: Floats, lines: li
 
 
 def _runs(places: Rows) -> Iterator[tuple[int, slice]]:
-    """Yield each run of equal segment indexes, with its slice."""
+    """Yield each segment index that occurs, with the slice of the neighbouring places that have this index."""
     import numpy as np
 
     cuts = [0, *(np.flatnonzero(np.diff(places)) + 1), len(places)]
@@ -251,7 +259,7 @@ def _runs(places: Rows) -> Iterator[tuple[int, slice]]:
 
 
 def _joints_on_lines(arm: RobotArm, lines: list[_Line], out: Floats) -> None:
-    """Store in `out` (N, n) the joints on lines with the same tool, configuration and weights of guides."""
+    """Store in `out` (N, n) the joints on lines that have the same tool, configuration and weights of guides."""
     import numpy as np
 
     path, tool = lines[0].path, lines[0].segment.motion.frames.tool
@@ -268,22 +276,23 @@ def _joints_on_lines(arm: RobotArm, lines: list[_Line], out: Floats) -> None:
     out[np.concatenate([line.rows for line in lines])] = q
     for line in lines if np.isnan(q).any() else ():
         for row, s in zip(line.rows, line.s.tolist(), strict=True):
-            if np.isnan(out[row]).any():  # the search for a single pose may succeed where the search for many fails
+            # the search for a single pose may succeed where the search for many poses fails
+            if np.isnan(out[row]).any():
                 out[row] = segment_joints(arm, line.segment, s)
 
 
 def places_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PlaceArrays:
-    """Return `positions_at` without the rates, which are the most expensive part on straight lines."""
+    """Return the result of `positions_at` without the rates, which take the most time on straight lines."""
     return _sample_at(arm, timeline, times, PlaceArrays)
 
 
 def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PositionArrays:
-    """Return g for times (N,) [s], in any order. Sorted times take the least time."""
+    """Return the position function g at times (N,) [s], in any order. Sorted times are computed fastest."""
     return _sample_at(arm, timeline, times, PositionArrays)
 
 
 def fill(found: PositionArrays, at: Flags, rows: Sequence[Position]) -> None:
-    """Store positions, which were computed one by one, in the rows `at`."""
+    """Store in `found` positions that were computed one by one. `at`: which rows they go to."""
     import numpy as np
 
     for name in ("joints", "velocity", "acceleration", "hand"):
@@ -292,14 +301,16 @@ def fill(found: PositionArrays, at: Flags, rows: Sequence[Position]) -> None:
 
 
 def poses_along(arm: RobotArm, timeline: Timeline, times: Floats, joints: Floats) -> PlaceArrays:
-    """Return the places of given joints (N, n) at sorted times (N,) [s], with BASE and TOOL of the timeline."""
+    """Return the state with given joints (N, n) at sorted times (N,) [s], with BASE and TOOL of the timeline."""
     return _sample_at(arm, timeline, times, PlaceArrays, joints)
 
 
 def _sample_at(
     arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sampled], joints: Floats | None = None
 ) -> Sampled:
-    """Return places, or positions, at times (N,) [s]; `joints`: joints to use instead of those of the timeline."""
+    """Return places or positions (`kind`) at times (N,) [s]. `joints`: joints to use instead of those of the
+    timeline.
+    """
     import numpy as np
 
     from vrs_cli.kinematics.arrays import compose_batch, stack
@@ -309,7 +320,7 @@ def _sample_at(
     shapes = {"joints": (n,), "T_world_tool": (3, 4), "hand": (), "velocity": (n,), "acceleration": (n,)}
     found = kind(times, *(np.zeros((len(times), *shapes[name])) for name in kind.__struct_fields__[1:]))
     frames: dict[Frames, int] = {}
-    which = np.zeros(len(times), dtype=np.intp)  # the number of the frames that hold at each time
+    which = np.zeros(len(times), dtype=np.intp)  # for each time, the number of its frames (BASE and TOOL)
     for block, rows in _blocks(timeline, times):
         q, (table, part) = found.joints[rows], block.table()
         places, s = table.locate(times[rows], block.offset, part)
@@ -328,7 +339,7 @@ def _sample_at(
         changes = [(event.time, event.value) for event in events if event.channel == HAND and not event.observed]
         begins, openings = zip((-inf, timeline.value_at(HAND, float(times[0]))), *changes, strict=True)
         found.hand[:] = np.array(openings)[np.searchsorted(begins, times, side="right") - 1]
-    for one, number in frames.items():  # for each BASE and TOOL many poses are computed at once
+    for one, number in frames.items():  # compute together all poses that have the same BASE and TOOL
         T_world_robot, T_flange_tool = stack([inverse(one.base), one.tool])
         based, tooled = one.base != IDENTITY, one.tool != IDENTITY
         rows_of_frame = np.flatnonzero(which == number)
@@ -340,7 +351,9 @@ def _sample_at(
 
 
 def frames_over(timeline: Timeline, times: Floats) -> tuple[tuple[Frames, ...], Rows]:
-    """Return the frames in force at sorted times (N,) [s], and for each time the number of its frames."""
+    """Return the distinct frames (BASE and TOOL) at sorted times (N,) [s], and for each time the index of its
+    frames.
+    """
     import numpy as np
 
     frames: dict[Frames, int] = {}
@@ -352,7 +365,9 @@ def frames_over(timeline: Timeline, times: Floats) -> tuple[tuple[Frames, ...], 
 
 
 def _frame_numbers(frames: dict[Frames, int], table: BlockTable, places: Rows) -> Rows:
-    """Return the number of the frames of the segments at `places` (N,); new frames get the next numbers."""
+    """Return the number of the frames of each segment at `places` (N,); new frames are added to `frames` with the next
+    number.
+    """
     import numpy as np
 
     return np.array([frames.setdefault(one, len(frames)) for one in table.frames])[table.frame_number[places]]
@@ -361,13 +376,15 @@ def _frame_numbers(frames: dict[Frames, int], table: BlockTable, places: Rows) -
 def _fill_rates(
     arm: RobotArm, table: BlockTable, places: Rows, s: Floats, moving: Flags, lines: list[_Line], rates: _Rates
 ) -> None:
-    """Compute velocity and acceleration where the robot moves; `places`, `s`, `moving` (N,)."""
+    """Compute velocity and acceleration where the robot moves. `places`, `s`, `moving` (N,): index of the segment, time
+    since its start [s], and whether the robot moves.
+    """
     import numpy as np
 
     q, qd, qdd = rates.q, rates.qd, rates.qdd
     qd[moving], qdd[moving] = table.rates(places[moving], s[moving])
     alone = table.straight[places] & moving
-    # the rates of a line are the unique solution of six equations; they are solved for many times at once
+    # if six equations determine the rates on a line uniquely, they are solved for many times at once
     if arm.steady is None and arm.model.joint_count == TWIST_LENGTH and all(arm.model.counts):
         alike: dict[Transform, list[_Line]] = {}
         for line in lines:
@@ -382,10 +399,10 @@ def _fill_rates(
 
 
 def _fill_line_rates(arm: RobotArm, tool: Transform, lines: list[_Line], rates: _Rates, alone: Flags) -> None:
-    """Compute velocity and acceleration on lines with one tool.
+    """Compute velocity and acceleration on lines with the same tool.
 
-    Mark as `alone` only the rows that `rates_in` must compute: there the joints are so fast that the pose is nearly
-    singular.
+    Leave in `alone` only the rows that `rates_in` must compute one by one: there the joints are so fast that the pose
+    is nearly singular.
     """
     import numpy as np
 
@@ -403,7 +420,9 @@ def _fill_line_rates(arm: RobotArm, tool: Transform, lines: list[_Line], rates: 
 
 
 def flange_poses(lines: Sequence[tuple[CartesianPath, Floats]], T_flange_tool: Transform) -> Floats:
-    """Return T_robot_flange (N, 3, 4) on paths of the tool, each at times (k,) [s], one path after the other."""
+    """Return T_robot_flange (N, 3, 4) on paths of the tool. `lines`: each path with its times (k,) [s]; the result has
+    one path after another.
+    """
     import numpy as np
     from numpy.polynomial.polynomial import polyval
 
@@ -423,7 +442,7 @@ def flange_poses(lines: Sequence[tuple[CartesianPath, Floats]], T_flange_tool: T
 
 
 def twists(path: CartesianPath, s: Floats) -> tuple[Floats, Floats]:
-    """Return `CartesianPath.twist` and `twist_rate` at times (N,), (N, 6) each, of a path with at most one turn."""
+    """Return `CartesianPath.twist` and `twist_rate` at times (N,), as arrays (N, 6). The path has at most one turn."""
     import numpy as np
 
     rates = [derivative(a) for a in (*path.position, *[turn.angle for turn in path.turns])]

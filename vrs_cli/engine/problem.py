@@ -1,14 +1,14 @@
-"""Represent the state of the robot on a segment, and the planner's problem: a motion that starts in such a state.
+"""Define the state of the robot on a segment, and the planner's problem: a motion that starts in such a state.
 
-On the path of a tool the joints follow with their velocities, accelerations and jerks. If the turn of the flange about
-its own axis a does not count (`ArmTask.POINTING`), the path does not prescribe it: the arm turns faster by psi'. With
-the angular velocity w of the path and a' = w x a:
+The module also computes the joints, with their velocities, accelerations and jerks, that follow the path of a tool. If
+the turn of the flange about its own axis a is free (`ArmTask.POINTING`), the path does not prescribe it: the arm turns
+faster than the path by psi'. With the angular velocity w of the path and a' = w x a:
 
     w_arm   = w   + psi' a
     w_arm'  = w'  + psi' a'                + psi'' a
     w_arm'' = w'' + psi' a'' + 2 psi'' a'  + psi''' a
 
-The parts along a do not count. The joints must produce the other parts.
+The components along a are free. The joints must produce the other components.
 """
 
 from __future__ import annotations
@@ -39,13 +39,15 @@ from vrs_cli.trajectory.segment import STILL, CartesianPath, JointPath, Path, Se
 from vrs_cli.trajectory.state import JointState, ToolState
 from vrs_cli.values.commands import Motion, MotionKind
 
-MAX_REMEMBERED_STATES = 128  # number of cached states: a plan needs the states at its segments' ends several times
+# number of cached states: a plan needs the states at the ends of its segments several times
+MAX_REMEMBERED_STATES = 128
 SLOWEST = 20.0  # the default of PARAMETER STRETCH: the factor by which a line may be slowed down
 
 
 class _FreeTurn(Struct, frozen=True):
-    """The free turn of a flange about its own axis a: this axis, its rate a', the path's angular velocity w, and psi'
-    [rad/s]."""
+    """The free turn of a flange about its own axis a: `axis` is a, `axis_rate` its derivative a', `spin` the path's
+    angular velocity w [rad/s], and `extra` is psi' [rad/s].
+    """
 
     axis: Vector
     axis_rate: Vector
@@ -54,8 +56,8 @@ class _FreeTurn(Struct, frozen=True):
 
 
 def joints_on(arm: RobotArm, path: CartesianPath, s: float, T_robot_flange: Transform, near: Joints) -> Joints | None:
-    """Return the joints [rad] next to `near`, at s seconds into a path, with the flange there; None if the pose is out
-    of reach.
+    """Return the joints [rad] nearest to `near` at s seconds into a path, where the flange has the given pose; None if
+    the pose is out of reach.
     """
     if path.guides:
         return arm.guided_joints(T_robot_flange, near, path.demands(s))
@@ -65,8 +67,8 @@ def joints_on(arm: RobotArm, path: CartesianPath, s: float, T_robot_flange: Tran
 def state_on(
     arm: RobotArm, path: CartesianPath, s: float, tool: tuple[Transform, Twist], T_robot_flange: Transform, near: Joints
 ) -> tuple[Joints, Joints] | None:
-    """Return `joints_on` and their rates [rad/s] from one system of equations, for the pose and twist of the tool
-    there. None if the arm has no such system, or if the search from `near` does not converge.
+    """Return the joints that `joints_on` finds and their velocities [rad/s], solved together. `tool`: pose and twist of
+    the tool at that time. None if the arm cannot solve them together, or if the search from `near` does not converge.
     """
     pose, (vx, vy, vz, wx, wy, wz) = tool
     x, y, z = T_robot_flange.px - pose.px, T_robot_flange.py - pose.py, T_robot_flange.pz - pose.pz
@@ -79,7 +81,7 @@ def state_on(
 def joint_velocity(
     arm: RobotArm, path: CartesianPath, s: float, q: Joints, twist: Twist, T_flange_tool: Transform
 ) -> Joints:
-    """Return the joint velocities [rad/s] at s seconds into a path with this twist, at the joints q. Raises
+    """Return the joint velocities [rad/s] at s seconds into a path, for the joints q and the twist of the tool. Raises
     StraightLineSingular.
     """
     if arm.steady is not None:
@@ -90,7 +92,7 @@ def joint_velocity(
 def joint_acceleration(
     arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints, T_flange_tool: Transform
 ) -> Joints:
-    """Return the joint accelerations [rad/s2] at s seconds into a path, where the joints are q and their rates qd.
+    """Return the joint accelerations [rad/s2] at s seconds into a path, for the joints q and their velocities qd.
     Raises StraightLineSingular.
     """
     if arm.steady is not None:
@@ -104,7 +106,7 @@ def joint_acceleration(
 def joint_acceleration_and_jerk(
     arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints, T_flange_tool: Transform
 ) -> tuple[Joints, Joints]:
-    """Return the accelerations as `joint_acceleration` does, and their rates [rad/s3]."""
+    """Return the result of `joint_acceleration` and the joint jerks [rad/s3]."""
     if arm.steady is not None:
         poses = _flange_poses(path, s, T_flange_tool)
         _, qdd, jerk = arm.steady.rates_on(q, poses, path.twist(s), T_flange_tool, 3)
@@ -124,27 +126,27 @@ def joint_acceleration_and_jerk(
 
 
 def _flange_poses(path: CartesianPath, s: float, T_flange_tool: Transform) -> Callable[[float], Transform]:
-    """Return a function that returns the requested pose of the flange on a path at a time after s [s]."""
+    """Return a function that maps a time after s [s] to the flange pose that the path requires."""
     T_tool_flange = inverse(T_flange_tool)
     return lambda later: compose(path.pose(s + later), T_tool_flange)
 
 
 def _free_turn(arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints) -> _FreeTurn:
-    """Return the turn of the flange beyond the turn that the path prescribes."""
+    """Return the free turn of the flange: what the arm turns in addition to the path."""
     flange, spin = arm.forward(q), path.twist(s)[3:]
     a = flange.ax, flange.ay, flange.az
     return _FreeTurn(a, cross(spin, a), spin, dot(vector_difference(arm.twist(q, qd)[3:], spin), a))
 
 
 def _asked_acceleration(turn: _FreeTurn, rate: Twist) -> Twist:
-    """Add the contribution of a free turn to the rate of a path's twist."""
+    """Return the rate of a path's twist, with the contribution of the free turn added."""
     return (*rate[:3], *vector_sum(rate[3:], scaled_vector(turn.axis_rate, turn.extra)))
 
 
 class Here(Struct, frozen=True):
-    """The state from which a motion is planned: where the robot is and how it moves.
+    """The state from which a motion is planned: the positions and velocities of the robot.
 
-    `tool` is T_robot_tool with its velocity, known when the robot is on a straight line, for the TOOL `T_flange_tool`.
+    `tool`: the pose T_robot_tool with its velocity, if the robot is on a straight line; its tool is `T_flange_tool`.
     """
 
     joints: JointState
@@ -152,12 +154,12 @@ class Here(Struct, frozen=True):
     T_flange_tool: Transform | None = None
 
     def standing(self) -> Here:
-        """Return the same state, but at rest."""
+        """Return the state at the same position, but at rest."""
         joints = JointState(self.joints.joints, (0.0,) * len(self.joints.joints))
         return Here(joints, self.tool and ToolState(self.tool.pose, STILL, STILL), self.T_flange_tool)
 
     def tool_state(self, arm: RobotArm, T_flange_tool: Transform) -> ToolState:
-        """Return the state of the tip of a tool; computed by the Jacobian if it is not known."""
+        """Return the state of the tip of the given tool; if it is not known, it is computed with the Jacobian."""
         if self.tool is not None and self.T_flange_tool == T_flange_tool:
             return self.tool
         q, qd = self.joints.joints, self.joints.velocity
@@ -172,16 +174,16 @@ class Here(Struct, frozen=True):
 
 
 def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
-    """Return the joints at t_s + s of a segment [rad].
+    """Return the joints [rad] at s seconds after the start of a segment.
 
-    Raises PathWithoutJoints if no joints reach the pose, which does not occur for segments planned here.
+    Raises PathWithoutJoints if no joints reach the pose, which does not occur for segments planned by this program.
     """
     path = segment.path
     return path.joints(s) if isinstance(path, JointPath) else _joints_with(arm, segment, path, s, path.pose(s))
 
 
 def _joints_with(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, pose: Transform) -> Joints:
-    """Return the joints at t_s + s of a segment, where the pose of the tool on its path is known."""
+    """Return the joints at s seconds after the start of a straight-line segment, where the tool has the given pose."""
     flange = compose(pose, inverse(segment.motion.frames.tool))
     joints = joints_on(arm.holding(segment.motion.frames.tool), path, s, flange, path.seed(s))
     if joints is None:
@@ -193,11 +195,11 @@ def _joints_with(arm: RobotArm, segment: Segment, path: CartesianPath, s: float,
 
 
 def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
-    """Return position, velocity and acceleration at t_s + s of a segment. After the end of a segment that ends at rest,
-    return the state at rest.
+    """Return position, velocity and acceleration at s seconds after the start of a segment. After the end of a segment
+    that ends at rest, return the state at rest.
 
-    The acceleration is that of a jerk-limited motion, and the next motion continues it. The acceleration of a motion
-    with parabolic blends may jump, so it is omitted.
+    The acceleration of a jerk-limited motion is included, since the next motion must continue it. The acceleration of a
+    motion with parabolic blends may jump, so it is omitted.
     """
     path, key = segment.path, (id(segment.path), s)
     smoothly, frame = LAWS[segment.motion.profile].smooth, segment.motion.frames.tool
@@ -214,7 +216,7 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
 
 
 def _state_at(arm: RobotArm, segment: Segment, s: float, *, smoothly: bool) -> Here:
-    """Compute the state that `state_at` caches."""
+    """Compute the state that `state_at` returns and caches."""
     path, frame = segment.path, segment.motion.frames.tool
     if isinstance(path, JointPath):
         return Here(JointState(path.joints(s), path.velocity(s), path.acceleration(s) if smoothly else ()))
@@ -235,10 +237,11 @@ def rest_after(arm: RobotArm, segment: Segment) -> Here:
 
 
 class Problem(Struct, frozen=True):
-    """A motion to plan: its arm, the state in which it begins, and the minimum start time [s].
+    """A motion to plan: its arm, the state in which it begins, and `begin`, the minimum start time [s].
 
-    A straight line may be slowed down `slowest` times. A motion that would end after `latest` [s] is not needed.
-    `deadline` returns a later limit, for motions that end after `latest`; the call is slow, because it plans a motion.
+    A straight line may be slowed down by the factor `slowest`. A motion that would end after `latest` [s] is not
+    needed. `deadline` returns a later limit [s], for motions that end after `latest`; the call is slow, because it
+    plans a motion.
     """
 
     arm: RobotArm
@@ -264,7 +267,7 @@ _REMEMBERED_STATES: dict[tuple[int, float], tuple[Path, RobotArm, bool, Transfor
 
 
 class NoWay(Exception):
-    """The motion cannot start with the present velocities of the joints."""
+    """The motion cannot start with the current velocities of the joints."""
 
 
 class NotInTime(Exception):

@@ -1,7 +1,7 @@
 """Explain why a location is in reach or not: every configuration, the choice of MOVE, and the straight line from here.
 
-For the line: whether it is possible, where it stops, and what would work instead. The findings are data, which WHY
-shows. The robot does not move.
+The report on the line says whether it is possible, where it stops, and what would work instead. The findings are data,
+which WHY shows. The robot does not move.
 """
 
 from __future__ import annotations
@@ -38,12 +38,14 @@ from vrs_cli.trajectory.state import JointState
 from vrs_cli.values.commands import JointTarget, Motion, Move, PoseTarget, SetConfiguration, Start
 from vrs_cli.values.results import LineCheck, Option, Overrun, Reach, WayOut
 
-VIA_DISTANCES = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] distances from the line at which a via point is tried
-NO_LENGTH = 1e-9  # [m] a shorter line only turns the tool
+VIA_DISTANCES = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] via points are tried at these distances from the middle of the line
+NO_LENGTH = 1e-9  # [m] on a line shorter than this, the tool only turns
 
 
 class Standpoint(Struct, frozen=True):
-    """A robot at rest at the joints `here` after the motion `before`, and its settings."""
+    """The state from which reach is examined: a robot at rest at the joints `here`, after the motion `before`, and its
+    settings.
+    """
 
     arm: RobotArm
     settings: Settings
@@ -55,7 +57,7 @@ class Standpoint(Struct, frozen=True):
         return self.arm.configuration(self.here)
 
     def tool(self, joints: Joints) -> Transform:
-        """Return T_robot_tool of joints."""
+        """Return T_robot_tool at these joints."""
         return compose(self.arm.forward(joints), self.before.frames.tool)
 
     def resolve_target(self, target: PoseTarget | JointTarget, straight: bool = False) -> Goal:
@@ -63,8 +65,8 @@ class Standpoint(Struct, frozen=True):
         return resolve(self.arm, self.settings, Move(target, straight), self.before.frames, self.here, self.here)
 
     def line(self, pose: Transform, *, once: bool = True) -> Motion:
-        """Return the motion of MOVES to T_robot_tool, with the settings for the next motion (`once`) or with the
-        settings after that motion.
+        """Return the motion of a MOVES to the pose T_robot_tool. `once`: with the settings for the next motion only;
+        else with those for the motions after it.
         """
         settings = self.settings
         duration = settings.duration.present if once else settings.duration.always
@@ -79,8 +81,8 @@ class Standpoint(Struct, frozen=True):
 
 
 def check_line(stand: Standpoint, end: Transform, *, reachable: bool) -> LineCheck:
-    """Check the straight line from here to T_robot_tool, as MOVES would plan it. `reachable`: whether MOVE reaches the
-    end of the line.
+    """Check the straight line from here to the pose T_robot_tool, as MOVES would plan it. `reachable`: whether MOVE
+    reaches the end of the line.
     """
     begin = stand.tool(stand.here)
     long = dist(position(begin), position(end))
@@ -97,14 +99,14 @@ def check_line(stand: Standpoint, end: Transform, *, reachable: bool) -> LineChe
 
 
 def _ways_out(stand: Standpoint, begin: Transform, end: Transform, *, reachable: bool) -> Iterator[WayOut]:
-    """Yield the alternatives: another configuration for the whole line, a via point, a MOVE."""
+    """Yield the alternatives to an impossible line: another configuration for the whole line, a via point, a MOVE."""
     ways = filter(None, (other.words_beside((stand.configuration,)) for other in stand.arm.ways))
     found = [words for words in ways if _leads_as(stand, words, begin, end)]
     if found:
         yield WayOut(words=min(found, key=len))
     if not stand.settings.configuration.words_beside(
         (stand.configuration,)
-    ):  # with other configuration words no line is possible
+    ):  # a line cannot change the configuration: requested words that differ exclude every line
         via = next((via for via in _beside(begin, end) if _leads_by(stand, via, end)), None)
         if via is not None:
             yield WayOut(via=compose(inverse(stand.before.frames.base), via))
@@ -113,7 +115,9 @@ def _ways_out(stand: Standpoint, begin: Transform, end: Transform, *, reachable:
 
 
 def _leads_as(stand: Standpoint, words: Sequence[str], begin: Transform, end: Transform) -> bool:
-    """Return whether the line is possible after a command with some configuration words and a MOVE to its start."""
+    """Return whether the line is possible after a command with the given configuration words and a MOVE to its
+    start.
+    """
     settings = stand.settings
     for flag in stand.arm.words:
         if flag.name in words:
@@ -141,10 +145,10 @@ def _beside(begin: Transform, end: Transform) -> Iterator[Transform]:
 
 
 def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
-    """Return whether a line to a via point, and another line from there to the end, are possible."""
+    """Return whether a line to a via point, and a second line from there to the end, are possible."""
     near: Joints | None = stand.here
     arm, (way, *_) = stand.arm.holding(stand.before.frames.tool), stand.arm.line_ways(stand.here)
-    for pose in (via, end):  # a quick check before the plan
+    for pose in (via, end):  # a quick check, before the lines are planned
         flange = compose(pose, inverse(stand.before.frames.tool))
         near = near and arm.branch_joints(flange, way, near)
     if near is None:
@@ -159,7 +163,7 @@ def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
 
 
 def _across(way: Vector) -> Sequence[Vector]:
-    """Return directions across a line: up and down, and to both sides."""
+    """Return unit vectors perpendicular to a line: up and down, and to both sides."""
     size = length(way)
     if size < NO_LENGTH:
         across: Sequence[Vector] = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
@@ -172,8 +176,8 @@ def _across(way: Vector) -> Sequence[Vector]:
 
 
 def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
-    """Explain why a target can be reached from a standpoint, or not. Raises IllegalValue for the joints of another
-    robot.
+    """Explain why a target can be reached from a standpoint, or not. Raises IllegalValue if the target's number of
+    joints does not fit the robot.
     """
     arm, holding = stand.arm, stand.arm.holding(stand.before.frames.tool)
     options, goal = tuple[Option, ...](), None
@@ -189,7 +193,7 @@ def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
     try:
         stand.resolve_target(target, straight=True)
         line = check_line(stand, pose, reachable=chosen is not None)
-    except MotionError as error:  # no line from any position can reach it
+    except MotionError as error:  # no straight line, from any position, reaches the target
         far = dist(position(stand.tool(stand.here)), position(pose))
         line = LineCheck(far, None, str(error), None, (WayOut(),) if chosen is not None else ())
     T_world_robot = inverse(stand.before.frames.base)
@@ -245,7 +249,7 @@ def _choice(
 
 
 def _why_this_wrist(stand: Standpoint, chosen: Configuration, options: Sequence[Option]) -> Iterator[str]:
-    """Yield the reasons why MOVE takes this wrist and not the other."""
+    """Yield the reasons why MOVE takes this configuration of the wrist and not the other one."""
     if chosen.wrist is None:
         return
     both = [one for one in options if (one.configuration.arm, one.configuration.elbow) == (chosen.arm, chosen.elbow)]

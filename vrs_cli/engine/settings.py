@@ -1,7 +1,7 @@
 """Define the settings of a robot, and the tables of switches, parameters and number ranges.
 
-The settings are one value that holds for the coming motions; a change makes a new value. Program settings hold for the
-next motion only, or ALWAYS (V+ Keyword Reference, SPEED).
+The settings are an immutable value that applies to the following motions; a change makes a new value. Program settings
+apply to the next motion only, or ALWAYS (V+ Keyword Reference, SPEED).
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ SLOWEST_PERCENT = 0.01  # minimum speed and acceleration, in percent of nominal 
 
 
 class Range(Struct, frozen=True):
-    """The range of numbers that an instruction accepts. `what`: the words for the number in a message."""
+    """The range of numbers that an instruction accepts. `word`: the instruction; `what`: how a message calls the
+    number.
+    """
 
     word: str
     what: str
@@ -36,7 +38,7 @@ class Range(Struct, frozen=True):
 
     def check(self, value: float, given: float | None = None) -> float:
         """Return the value. Raises IllegalValue for a value outside the range, and for NaN. `given`: the number that
-        the user wrote, if the value follows from it.
+        the user wrote, if the value was computed from it.
         """
         if not self.least <= value <= self.most:
             bounds = f"{self.what} from {self.least:g} to {self.most:g} {self.unit}"
@@ -45,14 +47,14 @@ class Range(Struct, frozen=True):
         return value
 
 
-MONITOR_SPEED = Range("SPEED", "the monitor speed is", SLOWEST_PERCENT, 327.0)  # 327 is the limit of VAL
+MONITOR_SPEED = Range("SPEED", "the monitor speed is", SLOWEST_PERCENT, 327.0)  # 327 % is the limit in VAL
 PROGRAM_SPEED: Mapping[SpeedUnit, Range] = {
     unit: Range("SPEED", "a speed is", 0.01, 1e5, said)  # a higher speed is reduced to the robot's maximum
     for unit, said in ((SpeedUnit.PERCENT, "%"), (SpeedUnit.MMPS, "mm/s"), (SpeedUnit.IPS, "in/s"))
 }
 ROTATION_SPEED = Range("SPEED ...,", "a rotation speed is", SLOWEST_PERCENT, 1e5)
 JOINT_SPEED = Range("DRIVE ...,", "a speed is", SLOWEST_PERCENT, FULL_SPEED)
-ACCELERATION = Range("ACCEL", "an acceleration is", SLOWEST_PERCENT, 1e5)  # more than 100 counts as 100
+ACCELERATION = Range("ACCEL", "an acceleration is", SLOWEST_PERCENT, 1e5)  # values above 100 % count as 100 %
 DECELERATION = Range("ACCEL ...,", "a deceleration is", SLOWEST_PERCENT, 1e5)
 DELAY = Range("DELAY", "it is a time", 0.0, LATEST, "s")
 DURATION = Range("DURATION", "it is a time", 0.0, LATEST, "s")
@@ -69,8 +71,8 @@ class Switch(Struct, frozen=True):
 
 
 class Idle(Struct, frozen=True):
-    """A switch or a parameter of V+ that means nothing to a virtual robot. Such a setting can be set and read, but has
-    no effect. It may have an index, for example of a robot: `SCALE.ACCEL[1]`.
+    """A switch or a parameter of V+ that has no meaning for a virtual robot. It can be set and read, but has no effect.
+    Its name may have an index, for example the number of a robot: `SCALE.ACCEL[1]`.
     """
 
     name: str
@@ -92,8 +94,9 @@ class ParameterRow(Struct, frozen=True):
     numbers: bool = False
 
     def check(self, value: float | str) -> float | str:
-        """Return the value in the form that is stored. Raises IllegalValue for a value that the parameter cannot
-        have."""
+        """Return the value in the form in which it is stored. Raises IllegalValue for a value that the parameter does
+        not allow.
+        """
         if self.words and (isinstance(value, str) or not self.numbers):
             # the language writes true and false as -1 and 0
             word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")
@@ -174,7 +177,7 @@ PARAMETERS: Mapping[str, ParameterRow] = _table(
 )
 
 
-# V+ Language Reference Guide, and public programs (val2 section 15); the summaries are from memory.
+# Names: V+ Language Reference Guide, and public programs (val2 section 15). The summaries were written from memory.
 IDLE_SWITCHES: Mapping[str, Idle] = _table(
     Idle("AUTO.POWER.OFF", "arm power goes off after every error"),
     Idle("BELT", "conveyor tracking"),
@@ -208,20 +211,20 @@ IDLE_PARAMETERS: Mapping[str, Idle] = _table(
 SETTINGS: Mapping[str, tuple[Mapping[str, Switch | ParameterRow], Mapping[str, Idle]]] = {
     "switch": (SWITCHES, IDLE_SWITCHES),
     "parameter": (PARAMETERS, IDLE_PARAMETERS),
-}  # settings of the robot, and settings without effect, by their names in the tables of words
+}  # (settings with effect, settings without effect), by their names in the tables of words
 
 
 def idle_of(table: Mapping[str, Idle], name: str) -> Idle | None:
-    """Return the row of a name, with an index or without; None if the table has no such setting."""
+    """Return the row with a name, which may have an index; None if the table has no such setting."""
     return table.get(name.upper().partition("[")[0])
 
 
-NEW_NAMES = frozenset({"CLEARANCE", "COLLISION"})  # ignored in prefixes of older names
+NEW_NAMES = frozenset({"CLEARANCE", "COLLISION"})  # these newer names do not make a prefix of an older name ambiguous
 
 
 def row_of(table: Mapping[str, V], name: str, what: str) -> V:
-    """Return the row of a name, or of a prefix that matches only one name (names in `NEW_NAMES` count only if no other
-    name matches). Raises UsageError.
+    """Return the row with a name, or with a prefix that matches only one name (names in `NEW_NAMES` count only if no
+    other name matches). Raises UsageError. `what`: how the message calls the setting.
     """
     upper = name.upper()
     if upper in table:
@@ -234,7 +237,7 @@ def row_of(table: Mapping[str, V], name: str, what: str) -> V:
 
 
 def name_in(table: Mapping[str, Switch | ParameterRow], idle: Mapping[str, Idle], name: str, what: str) -> str:
-    """Return the whole name of a setting, also of a setting without effect. Raises UsageError as `row_of` does."""
+    """Return the full name of a setting, even of a setting without effect. Raises the same UsageError as `row_of`."""
     return row_of(table, name, what).name if idle_of(idle, name) is None else name.upper()
 
 
@@ -242,7 +245,7 @@ MM = 1e-3  # [m] one millimetre
 
 
 class Setting(Struct, Generic[V], frozen=True):
-    """A program setting with a lasting value, and perhaps a value for the next motion only."""
+    """A program setting: its value `always`, and perhaps a value `once`, for the next motion only."""
 
     always: V
     once: V | None = None
@@ -252,11 +255,11 @@ class Setting(Struct, Generic[V], frozen=True):
         return self.always if self.once is None else self.once
 
     def put(self, value: V, always: bool) -> Setting[V]:
-        """Return the setting with a new value, which lasts (`always`) or holds for the next motion only."""
+        """Return the setting with a new value, which stays (`always`) or applies to the next motion only."""
         return Setting(value) if always else Setting(self.always, value)
 
     def after_motion(self) -> Setting[V]:
-        """Return the setting without the value for one motion."""
+        """Return the setting without the value that was for one motion only."""
         return self if self.once is None else Setting(self.always)
 
 
@@ -271,8 +274,8 @@ MODES_AT_START: Mapping[Mode, Setting[bool]] = {
 
 
 class Altered(Struct, frozen=True):
-    """The state of ALTER: the present `displacement`, and the pose (`nominal`) to which the motion with that `number`
-    would go without it.
+    """The state of ALTER: the current `displacement` of targets, and the pose `nominal` to which the motion with this
+    `number` would go without the displacement.
     """
 
     mode: commands.AlterMode
@@ -300,8 +303,8 @@ class Altered(Struct, frozen=True):
 class Settings(Struct, frozen=True):
     """All settings of one robot. `acceleration` is a fraction of the nominal acceleration.
 
-    `configuration`: the configuration words since the last precision point. `hand`: the opening that OPEN or CLOSE
-    asked for the next motion.
+    `configuration`: the configuration words given since the last precision point. `hand`: the opening of the hand that
+    OPEN or CLOSE requested for the next motion; None if neither did.
     """
 
     monitor_speed: float = FULL_SPEED
@@ -324,7 +327,7 @@ class Settings(Struct, frozen=True):
         return self.modes[mode].present
 
     def switch(self, name: str) -> bool:
-        """Return the state of a switch. Raises UsageError for an unknown name, as `parameter` does."""
+        """Return whether a switch is on. Raises UsageError for an unknown name."""
         on = self.switches.get(name)
         return self.switches.get(name_in(SWITCHES, IDLE_SWITCHES, name, "switch"), False) if on is None else on
 
@@ -343,19 +346,20 @@ class Settings(Struct, frozen=True):
 
     @property
     def rounding(self) -> float | None:
-        """The distance [m] from a corner at which the tip may leave its line; None: the corner begins where the arm
-        begins to slow down."""
+        """The distance [m] from a corner at which the tip may leave its line; None: it may leave where the arm begins
+        to slow down.
+        """
         value = self.parameters["ROUNDING"]
         return None if isinstance(value, str) else value * MM
 
     @property
     def inserts(self) -> bool:
-        """Whether inserting a new motion keeps the motions that are scheduled after it."""
+        """Whether the motions scheduled after a new motion stay."""
         return self.parameters["INSERT"] == "ON"
 
     @property
     def slowest(self) -> float:
-        """The factor by which a straight line near a singularity may be slowed down."""
+        """The maximum factor by which a straight line near a singularity may be slowed down."""
         return float(self.parameters["STRETCH"])
 
     # --- changing: a new value ---
@@ -378,7 +382,7 @@ class Settings(Struct, frozen=True):
                 return replace(self, swivel=self.swivel.put(change, change.always))
             case commands.SetAcceleration():
                 percent = min(ACCELERATION.check(change.acceleration), FULL_SPEED)
-                if change.deceleration is not None:  # use the smaller value for both
+                if change.deceleration is not None:  # the robot has a single value for both: the smaller one
                     percent = min(percent, DECELERATION.check(change.deceleration))
                 return replace(self, acceleration=percent / FULL_SPEED)
             case commands.SetAlter():
@@ -397,8 +401,9 @@ class Settings(Struct, frozen=True):
                 return replace(self, switches={**self.switches, name: change.on})
 
     def after_motion(self, target: commands.Target) -> Settings:
-        """Return the settings after a motion, without the values that held for this motion only. A motion to joints
-        also clears the requested configuration (RIGHTY, ABOVE and so on)."""
+        """Return the settings after a motion, without the values that were for this motion only. A motion to a
+        precision point or a named pose also clears the requested configuration words (RIGHTY, ABOVE and so on).
+        """
         said = NONE if isinstance(target, JointTarget | NamedTarget) else self.configuration
         settings: tuple[Setting[Any], ...] = (self.speed, self.duration, self.swivel, *self.modes.values())
         if self.hand is None and said is self.configuration and all(setting.once is None for setting in settings):

@@ -22,16 +22,16 @@ from vrs_cli.trajectory.state import JointLimits
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Motion, MotionKind
 
-REMEMBERED_PLANS = 512  # number of cached plans: a program with a loop plans each of its motions once
+REMEMBERED_PLANS = 512  # number of cached plans, so that a program with a loop plans each of its motions only once
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
-ROUNDING_PRECISION_S = 1e-6  # [s] precision of the instant at which the tip comes near a corner
-MAX_ROUNDING_DELAY_S = 1e-3  # [s] maximum extra time for rounding a corner, compared with stopping in it
+ROUNDING_PRECISION_S = 1e-6  # [s] precision with which the instant is found at which the tip comes near a corner
+MAX_ROUNDING_DELAY_S = 1e-3  # [s] a corner is rounded if this ends at most so much later than with a stop in the corner
 SAME_PLACE = 1e-9  # [m] positions closer than this are equal
 
 
 def plan_motion(problem: Problem) -> tuple[Segment, ...]:
-    """Plan a motion to rest. If the motion cannot start with the present velocities, the arm first comes to rest within
-    all limits, if possible on the straight line that the tool moves on.
+    """Plan a motion to rest. If the motion cannot start with the current velocities, the arm first comes to rest within
+    all limits, if possible on the current straight line of the tool.
 
     Raises MotionError, NoRoomToStop, NotInTime.
     """
@@ -49,11 +49,11 @@ def plan_motion(problem: Problem) -> tuple[Segment, ...]:
 
 
 def plan_directly(problem: Problem, resting: Problem | None = None) -> tuple[Segment, ...]:
-    """Plan a motion on its own path. Raises MotionError, NoWay, NotInTime.
+    """Plan a motion without a stop before it. Raises MotionError, NoWay, NotInTime.
 
     A motion without any movement becomes a rest of no duration. So it keeps its place on the timeline, since it may
-    need to move after an earlier motion changes. `resting`: the problem of the same motion from rest. A straight line
-    that ends later than the motion from rest is not needed.
+    need to move after an earlier motion changes. `resting`: the problem of the same motion from rest; a straight line
+    that would end later than the motion from rest raises NotInTime.
     """
     state, motion, begin, lasting = problem.here.joints, problem.motion, problem.begin, 0.0
     segments: tuple[Segment, ...] = ()
@@ -75,9 +75,10 @@ def plan_directly(problem: Problem, resting: Problem | None = None) -> tuple[Seg
 
 
 class _PlanKey:
-    """Identifies a problem up to a shift in time: problems with equal keys have the same plan, since times are exact.
+    """The cache key of a problem. Problems that differ only by a shift in time have equal keys and the same plan, since
+    times are exact.
 
-    Numbers are compared bit by bit: 0.0 and -0.0 are equal, but may lead to other bits.
+    Numbers are compared bit by bit: 0.0 and -0.0 are equal, but their plans may have different bits.
     """
 
     __slots__ = ("parts", "problem", "resting")
@@ -108,8 +109,8 @@ class _PlanKey:
 
 @lru_cache(REMEMBERED_PLANS)
 def _remembered_plan(key: _PlanKey) -> tuple[Segment, ...] | MotionError | NotInTime | NoWay:
-    """Return the segments of a motion as if it began at time 0, or the error that prevents it. A cached error is never
-    raised itself, since its traceback would keep stack frames alive.
+    """Return the segments of a motion that begins at time 0, or the error that makes it impossible. A cached error is
+    never raised itself, since its traceback would keep stack frames alive.
     """
     problem, resting = key.problem, key.resting
     state, motion = problem.here.joints, problem.motion
@@ -135,7 +136,9 @@ def _remembered_plan(key: _PlanKey) -> tuple[Segment, ...] | MotionError | NotIn
 
 
 def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
-    """Return joint velocities and accelerations at the motion's fractions of them, and the jerks of the robot."""
+    """Return the limits of the joints in a motion: velocities and accelerations multiplied by the fractions that the
+    motion requests, jerks as the robot allows.
+    """
     hardest = hardest_limits(arm)
     velocity = tuple(v * motion.speed for v in hardest.velocity)
     return structs.replace(
@@ -144,7 +147,7 @@ def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
 
 
 def hardest_limits(arm: RobotArm) -> JointLimits:
-    """Return the limits of the joints, which do not depend on the speed and acceleration of a motion."""
+    """Return the full limits of the joints, whatever speed and acceleration a motion requests."""
     model = arm.model
     most = model.max_velocity
     return JointLimits(most, model.max_acceleration, model.max_jerk, most, model.lower, model.upper)
@@ -162,7 +165,7 @@ def plan_stop(problem: Problem) -> tuple[Segment, ...]:
 
 
 def slowing_segments(segments: Timeline | Sequence[Segment]) -> list[Segment]:
-    """Return the last segments of a timeline, or of a part of it, in which the last motion slows down."""
+    """Return the segments at the end of a timeline, or of a part of it, in which the last motion slows down."""
     last, found, index = segments[-1], list[Segment](), len(segments) - 1
     segment = last
     while segment.phase is Phase.DECELERATE and segment.motion.number == last.motion.number:
@@ -175,8 +178,10 @@ def slowing_segments(segments: Timeline | Sequence[Segment]) -> list[Segment]:
 
 
 def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float | None) -> float:
-    """Return the start time [s] of a motion that blends into another motion, which slows down: immediately, or when the
-    tip is within `rounding` [m] of the end of the other motion. The path changes at that instant."""
+    """Return the start time [s] of a motion that blends into a motion that slows down: the start of the segments
+    `slowing` or, with a distance `rounding` [m], the instant at which the tip is that near to the corner. The path
+    changes at that instant.
+    """
     last = slowing[-1]
     if rounding is None:
         return slowing[0].start
@@ -201,10 +206,12 @@ def _tip(arm: RobotArm, segment: Segment, s: float) -> Transform:
 
 
 def _deadline(resting: Problem) -> float:
-    """Return the time [s] by which a motion that rounds a corner must end, to be better than the motion from rest."""
+    """Return the time [s] by which a motion that rounds a corner must end to be better than the motion that stops
+    there.
+    """
     planned = resting.motion.kind in (MotionKind.JOINT, MotionKind.STRAIGHT)
     known = _remembered_plan(_PlanKey(resting)) if planned else ()
-    if isinstance(known, tuple) and known:  # the plan is cached, so nothing needs to be planned
+    if isinstance(known, tuple) and known:  # the plan from rest is cached
         return resting.begin + known[-1].finish + MAX_ROUNDING_DELAY_S
     try:
         return plan_motion(resting)[-1].finish + MAX_ROUNDING_DELAY_S
@@ -213,8 +220,8 @@ def _deadline(resting: Problem) -> float:
 
 
 def plan_corner(moving: Problem, resting: Problem) -> tuple[Segment, ...]:
-    """Plan a motion that rounds the corner in which the motion before would end. If that would take longer, plan it
-    from rest in the corner. Raises MotionError if neither is possible.
+    """Plan a motion that rounds the corner in which the previous motion would end. If that takes longer, plan it from
+    rest in the corner. Raises MotionError if neither is possible.
     """
     with suppress(NoWay, NotInTime):
         rounded = plan_directly(moving, resting)

@@ -1,4 +1,4 @@
-"""Plan the motion for streamed targets: one target for each tick of time, or a chunk of time-stamped joints."""
+"""Plan the motion for streamed targets: a target for each tick of time, or a chunk of time-stamped joints."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ MAX_SECONDS = 120.0  # maximum duration from the first sample to the last [s]
 def plan_steering(
     arm: RobotArm, timeline: Timeline, motion: Motion, executed: float, target: Target, tick: float
 ) -> TimelineDelta:
-    """Plan the motion for a moving target: the joints move towards it from `executed` on, for a tick [s]. Later motions
-    are dropped. Raises NoRoomToStop if the motion in progress must continue.
+    """Plan the motion for a moving target: starting at `executed`, the joints move towards it for a tick [s], then
+    stop. Later motions are dropped. Raises NoRoomToStop if the motion in progress must continue.
     """
     cut = cut_at(arm, timeline, executed)
     steer, coming = LAWS[motion.profile].steer, partial(_coming_rows, timeline, cut.keep, executed)
@@ -53,7 +53,7 @@ def plan_steering(
 
 
 def _coming_rows(timeline: Timeline, keep: int, t: float) -> list[list[Row]] | None:
-    """Return the cubics that each joint was to follow from t [s] on until the robot is at rest.
+    """Return the cubics that are already planned for each joint from t [s] until the robot is at rest.
 
     None if the robot is at rest already, or if the motion is not jerk-limited or not in joint space.
     """
@@ -71,13 +71,13 @@ def _coming_rows(timeline: Timeline, keep: int, t: float) -> list[list[Row]] | N
 
 
 def _row(t: float, cubic: Polynomial) -> Row:
-    """Make the row of a cubic that describes a joint from t [s] on."""
+    """Make the row of a cubic that a joint follows from t [s] on."""
     q, v, half, sixth = cubic
     return round(t * TICKS_PER_SECOND), t, q, v, half, sixth
 
 
 def _segments_under_way(timeline: Timeline, keep: int, t: float) -> Iterator[Segment]:
-    """Yield the segments from t [s] on that follow each other without a gap, until the robot is at rest."""
+    """Yield the consecutive segments from t [s] on, until the robot is at rest or a gap follows."""
     end = t
     for index in range(keep - 1, len(timeline)):
         segment = timeline[index]
@@ -93,8 +93,8 @@ def _segments_under_way(timeline: Timeline, keep: int, t: float) -> Iterator[Seg
 
 
 class Chunk:
-    """Samples at increasing `times` (N,) [s]: `joints` (N, n) [rad, m], put inside the ranges of a robot; `held`: the
-    number of samples that were outside. Between samples the joints follow cubics through them (Catmull-Rom).
+    """Samples at increasing `times` (N,) [s]: `joints` (N, n) [rad, m], limited to the ranges of a robot; `held`: the
+    number of samples that were outside these ranges. Between samples the joints follow cubics (Catmull-Rom splines).
 
     Raises IllegalValue for samples that do not fit this robot.
     """
@@ -126,8 +126,9 @@ class Chunk:
             self._slopes = np.gradient(self.joints, self.times, axis=0)
 
     def since(self, now: float) -> tuple[float, int]:
-        """Return the start time of the chunk if it is followed from `now` on, and the number of samples that are then
-        too late. Raises TooLate if all samples are."""
+        """Return the start time of the chunk [s] if it is followed from `now` on, and the number of samples that are
+        then too late. Raises TooLate if all samples are too late.
+        """
         late = bisect_left(self.times.tolist(), now)
         if late == len(self.times):
             said = f"all {late} samples have passed: the last one was for {self.times[-1]:.3f} s"
@@ -135,8 +136,8 @@ class Chunk:
         return max(float(self.times[0]), now), late
 
     def at(self, times: Sequence[float] | Floats) -> Floats:
-        """Return the joints at times (M,) [s], as an array (M, n): before the first and after the last sample, the
-        joints of that sample.
+        """Return the joints at times (M,) [s], as an array (M, n). Before the first sample they are those of the first
+        sample, after the last sample those of the last.
         """
         import numpy as np
 
@@ -152,16 +153,16 @@ class Chunk:
 
 
 def tick_count(chunk: Chunk, begin: float) -> int:
-    """Return how many targets are taken from a chunk that is followed from `begin` [s] on."""
+    """Return the number of ticks, each with one target, in a chunk that is followed from `begin` [s] on."""
     return max(round((float(chunk.times[-1]) - begin) / TICK), 1)
 
 
 def plan_chunk(
     arm: RobotArm, timeline: Timeline, motion: Motion, issued: float, begin: float, chunk: Chunk, ticks: range
 ) -> TimelineDelta:
-    """Plan the motion for a part of a chunk that is followed from `begin` [s] on. The joints follow its samples tick by
-    tick, and after the last tick come to rest at the last sample. Motions scheduled after the start of the part are
-    dropped. Raises NoRoomToStop if the motion in progress must continue.
+    """Plan the motion for the given ticks of a chunk that is followed from `begin` [s] on: the joints follow its
+    samples tick by tick, and after the last tick come to rest at the last sample. Motions scheduled after the start of
+    this part are dropped. Raises NoRoomToStop if the motion in progress must continue.
     """
     ends = ticks.stop == tick_count(chunk, begin)
     times = [begin + k * TICK for k in range(ticks.start, ticks.stop + 1)]
@@ -179,7 +180,7 @@ def plan_chunk(
         raise NoRoomToStop
     final, stop = len(after), tuple[Segment, ...]()
     if ends:
-        # the ticks may end before the last sample
+        # stop at the last sample even if the ticks end earlier
         last, goal = (cut_at(arm, after, times[-1]), tuple(chunk.joints[-1].tolist()))
         limits = joint_limits(arm, motion)
         with suppress(NoTimes):

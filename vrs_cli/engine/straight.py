@@ -1,8 +1,8 @@
 """Plan straight lines for the tool, and slow them down until every joint can follow.
 
-A line that demands too much of the joints is slowed down as a whole. A line that would have to be slowed down beyond a
-bound, near a singularity, is refused before it starts, with an error that names the position. If the arm has more
-joints than the line needs, guides determine the redundant joints.
+A line that demands too much of the joints is slowed down as a whole. A line near a singularity that would have to be
+slowed down too much is refused before it starts, with an error that names the position. If the arm has more joints than
+the line needs, guides (conditions on sums of joints) determine the redundant joints.
 """
 
 from __future__ import annotations
@@ -42,29 +42,30 @@ from vrs_cli.trajectory.segment import STILL, CartesianPath, Guide, Phase, Segme
 from vrs_cli.trajectory.state import GuideState, JointState, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-NEARLY_SINGULAR = 0.02  # singular measure of a pose below which a straight line may be impossible
-NEAR_START = 0.05  # [m] an error this near the start of a line names the singular pose at the start
-SLOWING_MARGIN = 1.001  # factor by which a line is slowed down more than necessary, so that one reduction is enough
+NEARLY_SINGULAR = 0.02  # singular measure (0: singular) of a start pose below which the error hints at the singularity
+NEAR_START = 0.05  # [m] an error this near the start of a line may be due to a singular start pose
+SLOWING_MARGIN = 1.001  # additional slowing beyond the necessary factor, so that a single reduction is enough
 SAME_VELOCITY = 5e-7  # [rad/s] joint velocities closer than this are equal
-SLOWING_FACTOR = 1.05  # factor by which a line that starts in motion is slowed down more than its load requires
+SLOWING_FACTOR = 1.05  # additional slowing of a line that starts in motion: it keeps its start, so its load falls less
 MAX_SLOWINGS = 6  # maximum number of attempts to slow down a line that starts in motion
-INSTANT_STEPS = 50  # number of bisection steps, to find the time at which the tool has covered a fraction of a line
-SAME_TURN = 1e-6  # [rad] a smaller turn counts as none
-NO_LENGTH = 1e-9  # [m] a shorter line only turns the tool
+INSTANT_STEPS = 50  # number of bisection steps to find the time at which the tool has covered a fraction of a line
+SAME_TURN = 1e-6  # [rad] a turn smaller than this counts as none
+NO_LENGTH = 1e-9  # [m] on a line shorter than this, the tool only turns
 Seeds = tuple[Joints, ...]
 Marks = tuple[float, ...]
-WALK_STEP, WALK_TURN = 0.03, 0.15  # [m, rad] maximum step of a walk along a line
+# [m, rad] maximum step of a walk (poses along a line, to choose the redundant joints)
+WALK_STEP, WALK_TURN = 0.03, 0.15
 MIN_WALK_STEPS = 6  # minimum number of steps of a walk
-WALK_FACTORS = (1, 5)  # factors on the number of steps; 5 is tried if no walk with factor 1 leads to a line
+WALK_FACTORS = (1, 5)  # factors on the number of steps of walks; 5 is tried if no walk with factor 1 leads to a line
 
 _new = tuple.__new__
 
 
 def straight_segments(problem: Problem) -> tuple[Segment, ...]:
-    """Plan a straight-line motion to the pose of its motion.
+    """Plan a straight-line motion to its pose.
 
     Raises LocationOutOfRange or JointOutOfRange if the line leaves the reach; StraightLineSingular if the joints could
-    follow only at less than 1/`slowest` of the speed, or not from their present velocities; NotInTime.
+    follow only at less than 1/`slowest` of the speed, or not from their current velocities; NotInTime.
     """
     try:
         return _segments_to(problem)
@@ -80,9 +81,9 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
 
 
 def _turned_as_it_can_be(problem: Problem) -> Transform | None:
-    """Return the goal with the nearest orientation that the joint ranges allow, for an arm that cannot reach every
-    orientation. A uniform turn to that goal may be possible even if the minimum missing turn at each point of the line
-    is not. None for other arms, and if the goal itself is in reach.
+    """Return the goal pose turned to the nearest orientation that the joint ranges allow, for an arm that cannot reach
+    every orientation. A uniform turn to that pose may be possible even if the arm cannot follow the line with the best
+    possible orientation at each point. None for other arms, and if the goal itself is in reach.
     """
     motion, tool = problem.motion, problem.motion.frames.tool
     steady = problem.arm.holding(tool).steady
@@ -96,8 +97,8 @@ def _turned_as_it_can_be(problem: Problem) -> Transform | None:
 
 
 def _segments_to(problem: Problem) -> tuple[Segment, ...]:
-    """Plan a line in the first configuration, and with the first guides, with which it is possible. Raises the first
-    refusal.
+    """Plan a line in the first configuration and with the first guides for which it is possible. If there are none,
+    raise the first error.
     """
     arm, joints, state = problem.arm, problem.here.joints.joints, problem.tool
     failure: MotionError | None = None
@@ -123,18 +124,19 @@ def _segments_to(problem: Problem) -> tuple[Segment, ...]:
 
 
 def _goal(problem: Problem, state: ToolState) -> Transform:
-    """Return T_robot_tool at the end of a line."""
+    """Return T_robot_tool at the end of the line."""
     pose = problem.motion.pose or state.pose
     if problem.arm.model.task.turns:
         return pose
-    return at_position(state.pose, *position(pose))  # the joints determine the turn of the tool; no line prescribes it
+    # the orientation of the tool is not part of the task, so the line keeps it
+    return at_position(state.pose, *position(pose))
 
 
 def least_duration(problem: Problem) -> float:
-    """Return a lower bound of the duration [s] of a line from rest, by the limits of the tool, and by the joint
+    """Return a lower bound of the duration [s] of a line from rest: by the limits of the tool, and by the joint
     accelerations with which the line begins and ends.
 
-    0 for arms that may replace the goal of the line, or guide redundant joints.
+    Return 0 for arms with redundant joints, or with which the goal of the line may be replaced.
     """
     arm, motion, state = problem.arm, problem.motion, problem.tool
     if arm.redundancy or arm.holding(motion.frames.tool).steady is not None:
@@ -143,7 +145,7 @@ def least_duration(problem: Problem) -> float:
     stretches = law.straight_motion(state, goal, limits, motion.duration)
     loads, q, most, tool = [1.0], problem.here.joints.joints, arm.model.max_acceleration, motion.frames.tool
     arm, configuration, still = arm.holding(tool), arm.line_ways(q)[0], (0.0,) * len(q)
-    # a line with parabolic blends is slowed down at least so far that the joints can start, and stop at its end
+    # joints must be able to start, and to stop at the end, with the accelerations of parabolic blends
     for index, pose in ((0, state.pose), (-1, goal)) if stretches and not law.smooth else ():
         stretch = stretches[index]
         path, s = _path(stretch, configuration, (q,), 1.0), -index * stretch.duration
@@ -165,7 +167,9 @@ def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
 
 
 def tool_limits(arm: RobotArm, motion: Motion) -> ToolLimits:
-    """Return nominal tool speed and acceleration, at the motion's fractions of them."""
+    """Return the limits of the tool in a motion: the nominal speeds and accelerations multiplied by the fractions that
+    the motion requests.
+    """
     model = arm.model
     return ToolLimits(
         model.linear_speed * motion.speed if motion.tip_speed is None else motion.tip_speed,
@@ -178,7 +182,9 @@ def tool_limits(arm: RobotArm, motion: Motion) -> ToolLimits:
 
 
 class _Line:
-    """One straight-line motion in one configuration; or a stop (`stops`) on the line that the tool moves on."""
+    """A straight-line motion in one configuration, which is being planned; or (`stops`) a stop on the current line of
+    the tool.
+    """
 
     def __init__(
         self, problem: Problem, state: ToolState, configuration: Configuration, *, stops: bool = False
@@ -195,7 +201,7 @@ class _Line:
 
     def segments(self) -> tuple[Segment, ...]:
         """Plan the segments. A line that starts in motion is planned again with lower limits until the joints can
-        follow.
+        follow it.
         """
         if self.state.at_rest:
             return self._from_rest()
@@ -229,11 +235,11 @@ class _Line:
         raise self._too_singular(load)
 
     def _from_rest(self) -> tuple[Segment, ...]:
-        """Plan a line from rest. It is slowed down by stretching its time as a whole: once, exactly, on the same
-        path.
+        """Plan a line from rest. To slow it down, its time is stretched as a whole on the same path, once and by an
+        exact factor.
         """
         stretches = self._stretches(self.limits)
-        pose, goal = self.state.pose, self.goal  # the pose on the line, by the fraction of the line that is covered
+        pose, goal = self.state.pose, self.goal  # `way` is the line with time = covered fraction of the line
         axis, angle = axis_angle(compose(inverse(pose), goal))
         x, y, z = ((a, b - a) for a, b in zip(position(pose), position(goal), strict=True))
         turns = (Turn(axis, (0.0, angle)),) if angle else ()
@@ -243,7 +249,7 @@ class _Line:
             kinks = Kinks(self.follower, way, found.touches) if found.touches else None
             stops = kinks.stops(self.joints.joints) if kinks else []
         except MotionError:
-            self._follow(stretches)  # may raise an error for an earlier point of the line
+            self._follow(stretches)  # may raise the error of an earlier point of the line
             raise
         if stops:
             return self._in_parts(stops)
@@ -265,7 +271,7 @@ class _Line:
     # --- the boundary of the reach ---
 
     def _in_parts(self, stops: list[Stop]) -> tuple[Segment, ...]:
-        """Plan the line in several parts, each from rest to rest."""
+        """Plan the line in several parts, each from rest to rest, with the given stops between them."""
         done, joints, pose, start = 0.0, self.joints.joints, self.state.pose, self.problem.begin
         still = (0.0,) * len(joints)
         segments: list[Segment] = []
@@ -280,7 +286,7 @@ class _Line:
         return tuple(segments)
 
     def _marks_in_motion(self, stretches: list[ToolStretch]) -> list[Marks]:
-        """Return the instants of each stretch that need a sample. Raises MotionError if the line leaves the reach, or
+        """Return, for each stretch, the instants that need a sample. Raises MotionError if the line leaves the reach or
         touches a boundary.
         """
         marks = []
@@ -290,13 +296,13 @@ class _Line:
             for touch in found.touches:
                 # a rest at a singular wrist is checked by the samples
                 rests = stretch is stretches[-1] and touch[1:] == (lasting, WRIST)
-                if touch[:2] != (0.0, lasting) and not rests:  # allowed if the whole stretch is on the boundary
+                if touch[:2] != (0.0, lasting) and not rests:  # a stretch that is on the boundary as a whole is allowed
                     raise self.follower.refuse_kink(path, touch.begin, touch.end, self.joints.joints)
             marks.append(found.marks)
         return marks
 
     def _instants(self, stretches: list[ToolStretch], parts: Marks) -> list[Marks]:
-        """Return the instants of each stretch at which the tool has covered these fractions of the line."""
+        """Return, for each stretch, the instants at which the tool has covered the fractions `parts` of the line."""
         marks = []
         for stretch in stretches:
             lasting = stretch.duration
@@ -325,7 +331,7 @@ class _Line:
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
         """Return the stretches of the tool's motion within limits.
 
-        Raises NotInTime if the motion is too long already, since the joints can only make it longer.
+        Raises NotInTime if the motion already takes too long, since the joint limits can only make it longer.
         """
         try:
             if self.stops:
@@ -340,8 +346,9 @@ class _Line:
         return stretches
 
     def _follow(self, stretches: list[ToolStretch], marks: Iterable[Marks] = ()) -> tuple[list[Seeds], list[Load]]:
-        """Return the joints of each stretch, and the maximum load of a joint in each. `marks`: instants that get a
-        sample."""
+        """Return the seeds and the maximum joint load of each stretch. `marks`: additional instants to sample in each
+        stretch.
+        """
         seeds, loads, followed, started = [], [], [], Joints()
         before: Sample | None = None
         for stretch, instants in zip(stretches, chain(marks, repeat(())), strict=False):
@@ -349,7 +356,8 @@ class _Line:
             path = self._path(stretch, (near,))
             samples = self.follower.samples(path, stretch.duration, near, self.law.samples, before, instants)
             followed.append((path, stretch.duration, samples))
-            if not started:  # the line must start with the present joint velocities, unless the arm is singular
+            # the line must continue the current joint velocities; at a singular pose it may not be able to
+            if not started:
                 started = samples[0].velocity
                 jumps = [abs(w - v) for v, w in zip(self.joints.velocity, started, strict=True)]
                 if max(jumps) > SAME_VELOCITY:
@@ -363,7 +371,8 @@ class _Line:
             loads.append(asked.smooth(started) if self.law.smooth else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.follower.widest, self.arm.seed_step))
             before = samples[-1]
-        if self.follower.arm.continuation is not None:  # arms without a continuation have a closed form, or no proof
+        # other arms have closed-form inverse kinematics, or no proof exists
+        if self.follower.arm.continuation is not None:
             from vrs_cli.engine.continuity import check_continuous, leading_seeds
 
             proved = check_continuous(self.follower.arm.continuation, self.follower, followed)
@@ -391,7 +400,7 @@ class _Line:
 
 
 def line_stop(problem: Problem) -> tuple[Segment, ...]:
-    """Plan a stop on the line that the tool moves on, independent of the speed of the motion. Raises MotionError."""
+    """Plan a stop on the current line of the tool, whatever speed the motion requests. Raises MotionError."""
     arm, motion = problem.arm, problem.motion
     problem = structs.replace(problem, slowest=SLOWEST)
     state = next(guided_states(problem, problem.tool, problem.tool.pose))
@@ -407,14 +416,14 @@ def _worst(loads: Iterable[Load]) -> Load:
 def _easing(load: float) -> float:
     """Return the factor by which to slow down for a load.
 
-    A line that starts in motion keeps its start, so its factor is more than proportional.
+    A line that starts in motion keeps its start, so the factor is greater than the load.
     """
     return load * SLOWING_FACTOR if load > 1.0 + ROUNDING else 1.0
 
 
 def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterator[ToolState]:
-    """Yield the tool's state with guides for the line to T_robot_tool `goal`: one state for each possible motion of the
-    redundant joints, the best first.
+    """Yield the tool's state with guides for the line to the pose `goal` (T_robot_tool): one state for each possible
+    motion of the redundant joints, the best first.
 
     Yield the state itself if no joint is redundant.
     """
@@ -433,12 +442,12 @@ def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterat
         for walk in arm.walks(begin.joints, poses, asked):
             none = False
             yield structs.replace(state, guides=_guides(begin, walk))
-    if none:  # with this walk the line is refused later
+    if none:  # no walk reaches the goal: with the shortest one, the line is refused later with a proper error
         yield structs.replace(state, guides=_guides(begin, arm.shortest_walk(begin.joints, poses, asked)))
 
 
 def _poses(begin: Transform, goal: Transform, finer: int) -> Iterator[Transform]:
-    """Yield poses of a tool along a line, from its start to its end."""
+    """Yield poses of a tool along a line, from its start to its end. `finer`: factor on the number of steps."""
     axis, angle = axis_angle(compose(inverse(begin), goal))
     p, q = position(begin), position(goal)
     steps = finer * max(ceil(dist(p, q) / WALK_STEP), ceil(angle / WALK_TURN), MIN_WALK_STEPS)
@@ -449,7 +458,9 @@ def _poses(begin: Transform, goal: Transform, finer: int) -> Iterator[Transform]
 
 
 def _guides(state: JointState, walk: Walk) -> tuple[GuideState, ...]:
-    """Return the guides of a walk, with their present values and rates."""
+    """Return the guides that a walk (a possible motion of the redundant joints) determines, with their current values
+    and rates.
+    """
     still = (0.0,) * len(state.joints)
     columns = state.joints, state.velocity, state.acceleration or still
     return tuple(
@@ -460,8 +471,9 @@ def _guides(state: JointState, walk: Walk) -> tuple[GuideState, ...]:
 
 
 def guide_limits(model: RobotModel, motion: Motion, state: ToolState, limits: ToolLimits) -> ToolLimits:
-    """Return the limits with those of guides, at the motion's fractions. The limits of guides are those of the joints
-    while nothing else moves them."""
+    """Return the limits, completed by the limits of the guides in this motion. A guide may change as fast as the joints
+    allow if only this guide moves them.
+    """
     if not state.guides:
         return limits
     speed, acceleration, jerk = (

@@ -1,4 +1,6 @@
-"""Turn a request into what f plans: the joints or the tool pose of a target, and the motion with its speed."""
+"""Turn a request into the input of the planner f: the joints or the tool pose of a target, and the motion with its
+speed.
+"""
 
 from __future__ import annotations
 
@@ -56,16 +58,19 @@ from vrs_cli.values.commands import (
     ToolOffsetTarget,
 )
 
-MAX_DISTANCE = 100.0  # [m] maximum distance of a location, a tool or a base: beyond it rounding is too coarse
+# [m] maximum distance of a location, a tool or a base; for greater ones rounding errors are too large
+MAX_DISTANCE = 100.0
 HALF_TURN = pi + 1e-9  # [rad] half a turn, with a margin for rounding
 Goal = Joints | Transform  # joints to reach (joint-interpolated), or T_robot_tool (straight line)
-REMEMBERED_JOINTS = 512  # number of cached goals: a program with a loop computes the joints of each location once
+# number of cached goals, so that a program with a loop computes the joints of each location only once
+REMEMBERED_JOINTS = 512
 MIN_SPEED = 1e-4  # minimum speed, as a fraction of nominal speed; a slower motion would hardly move
 INCH = 0.0254  # [m] one inch
 
 
 def resolve(arm: RobotArm, settings: Settings, move: Move, frames: Frames, here: Joints, destination: Joints) -> Goal:
-    """Return the goal of a motion that begins at joints `here`, after a motion that ends at `destination`.
+    """Return the goal of a motion that begins at the joints `here`. The previous motion ends at the joints
+    `destination`.
 
     Raises LocationOutOfRange, JointOutOfRange, StraightLineConfiguration, IllegalJoint, IllegalValue, UndefinedValue.
     """
@@ -98,7 +103,7 @@ def resolve(arm: RobotArm, settings: Settings, move: Move, frames: Frames, here:
 
 
 def _tool_pose(arm: RobotArm, move: Move, frames: Frames, destination: Joints) -> Transform | None:
-    """Return T_robot_tool of a target that is given as a pose; None if it is given by joints."""
+    """Return the pose T_robot_tool of a target; None if the target is given by joints."""
     target = move.target
     if isinstance(target, PoseTarget):
         pose = compose(frames.base, target.T_world_tool)
@@ -111,15 +116,16 @@ def _tool_pose(arm: RobotArm, move: Move, frames: Frames, destination: Joints) -
 
 
 def naming_null(refusal: LocationOutOfRange, T_robot_tool: Transform) -> LocationOutOfRange:
-    """Return the error for a location. If the location is NULL, where no tool can be, the hint says so."""
+    """Return the error for a location out of reach. If the location is NULL, where no tool can be, the hint says so."""
     if T_robot_tool != IDENTITY:
         return refusal
     return refusal.reworded(hint="NULL is the robot's origin, X = Y = Z = 0, where no tool can be")
 
 
 def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) -> None:
-    """Raise `refusal` for a location, tool or base that is too far away. `what`: a text into which the distance is
-    formatted."""
+    """Raise `refusal` for a location, tool or base that is too far away. `what`: the text of the error, into which the
+    distance is formatted.
+    """
     away = hypot(*T[3::4])
     if not away <= MAX_DISTANCE:
         right = f"at most {MAX_DISTANCE * 1000.0:g} mm"
@@ -146,14 +152,15 @@ def _drive(joints: Joints, target: JointOffsetTarget) -> Joints:
     return tuple(q + target.change if i == target.joint else q for i, q in enumerate(joints, 1))
 
 
-# --- targets that depend on where the motion before ends ---------------------------------------------------------
+# --- targets that depend on the end of the previous motion -------------------------------------------------------
 
 _AXES: tuple[Vector, ...] = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
 
 
 def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
-    """Return the motion with its target for the case that the motion before it ends at `destination`. A
-    joint-interpolated motion keeps arm and elbow as they are there. Raises LocationOutOfRange, JointOutOfRange.
+    """Return the motion with its relative target recomputed, now that the previous motion ends at `destination`. A
+    joint-interpolated motion keeps the configuration of arm and elbow there. Raises LocationOutOfRange,
+    JointOutOfRange.
     """
     target = motion.relative
     if target is None or motion.kind is MotionKind.REST:
@@ -174,7 +181,7 @@ def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
 def _relative_pose(
     arm: RobotArm, target: ToolOffsetTarget | AlignedTarget, destination: Joints, frames: Frames
 ) -> Transform:
-    """Return T_robot_tool of a target that is relative to the destination of the motion before."""
+    """Return T_robot_tool of a target that is relative to the end of the previous motion."""
     T_robot_destination = compose(arm.forward(destination), frames.tool)
     if isinstance(target, ToolOffsetTarget):
         return compose(T_robot_destination, target.T_destination_target)
@@ -182,8 +189,9 @@ def _relative_pose(
 
 
 def align(T: Transform) -> Transform:
-    """Return the pose at the same position, turned by the smallest angle that puts its Z along the nearest axis of the
-    frame."""
+    """Return a pose at the same position, turned by the smallest angle that makes its Z axis parallel to the nearest
+    axis of the reference frame.
+    """
     a = (T.ax, T.ay, T.az)
     nearest = max(_AXES, key=lambda axis: dot(a, axis))
     turn = cross(a, nearest)
@@ -197,7 +205,9 @@ def align(T: Transform) -> Transform:
 
 
 def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: Frames, near: Joints) -> Joints:
-    """Return the joints of a pose in the asked configuration; under SINGLE no joint turns more than once."""
+    """Return the joints for a pose in the requested configuration, near the joints `near`. In mode SINGLE no joint
+    leaves the range of one revolution.
+    """
     T_robot_flange, asked = compose(T_robot_tool, inverse(frames.tool)), settings.configuration
     arm.check_task(T_robot_flange, frames.base, frames.tool)
     if settings.mode(Mode.SINGLE):
@@ -210,9 +220,9 @@ def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: F
 
 @lru_cache(REMEMBERED_JOINTS)
 def _remembered_joints(arm: RobotArm, doubles: bytes, asked: Configuration) -> Joints:
-    """Return the joints of a pose of the flange near joints, both given as bytes of doubles.
+    """Return the joints for a flange pose near given joints; `doubles`: pose and joints, as the bytes of doubles.
 
-    Bits are compared, since -0.0 and 0.0 may lead to other joints.
+    Bits are compared, since -0.0 and 0.0 may lead to different joints.
     """
     numbers = array("d", doubles)
     return arm.select(Transform(*numbers[:12]), tuple(numbers[12:]), asked)
@@ -227,7 +237,9 @@ def check_flag(arm: RobotArm, flag: Flag) -> None:
 
 
 def check_swivel(arm: RobotArm, swivel: Swivel | None) -> None:
-    """Raise NotAvailable for an arm without a redundant joint, IllegalJoint, or JointOutOfRange."""
+    """Check a SWIVEL request. Raises NotAvailable for an arm without a redundant joint, IllegalJoint, or
+    JointOutOfRange.
+    """
     model = arm.model
     if not arm.redundancy:
         raise NotAvailable(
@@ -248,21 +260,22 @@ def check_swivel(arm: RobotArm, swivel: Swivel | None) -> None:
 
 
 def check_joint_count(model: RobotModel, joints: Joints) -> None:
-    """Raise IllegalValue for the joints of another robot."""
+    """Raise IllegalValue if the number of joints is not that of the robot."""
     if len(joints) != model.joint_count:
         raise IllegalValue(f"a precision point of {len(joints)} joints", f"this robot has {model.joint_count}")
 
 
 def check_joint_limits(model: RobotModel, joints: Joints) -> None:
-    """Raise JointOutOfRange for the first joint outside its range, IllegalValue for the joints of another robot."""
+    """Raise JointOutOfRange for the first joint outside its range, IllegalValue for a wrong number of joints."""
     check_joint_count(model, joints)
     for joint in joints_outside(joints, model.lower, model.upper)[:1]:
         raise model.refuse_joint(joint, joints[joint - 1])
 
 
 class Speed(Struct, frozen=True):
-    """The fraction of nominal speed of a motion, its `rotation` fraction on a line, and the `tip` speed [m/s] if
-    given."""
+    """The speed of a motion: the `fraction` of nominal speed, the `rotation` speed of a line as such a fraction, and
+    the speed of the `tip` [m/s]; None if not given.
+    """
 
     fraction: float
     tip: float | None = None
@@ -290,7 +303,9 @@ class After(Struct, frozen=True):
         text: str = "",
         relative: RelativeTarget | None = None,
     ) -> Motion:
-        """Make a motion to joints or a pose, or a rest; BASE and TOOL are by default those of `before`."""
+        """Make a motion to joints or a pose, or a rest if there is no goal; BASE and TOOL are by default those of
+        `before`.
+        """
         pose = goal if isinstance(goal, Transform) else None
         return Motion(
             number=self.number,
@@ -302,7 +317,7 @@ class After(Struct, frozen=True):
             acceleration=1.0 if goal is None else self.settings.acceleration,
             tip_speed=speed.tip,
             rotation=speed.rotation,
-            duration=on_grid(duration) if duration else 0.0,  # all motions share the object 0.0
+            duration=on_grid(duration) if duration else 0.0,  # the shared constant 0.0 saves memory
             swivel=None if pose is None else self.settings.swivel.present.swivel,
             frames=frames or self.before.frames,
             text=text,
@@ -331,4 +346,4 @@ def program_speed(program: SetSpeed, settings: Settings, model: RobotModel) -> S
 
 def _limit_speed(speed: float) -> float:
     """Limit a fraction of nominal speed to at most 1, and to at least the minimum speed."""
-    return min(1.0, max(speed, MIN_SPEED))  # all motions share the object 1.0
+    return min(1.0, max(speed, MIN_SPEED))  # the shared constant 1.0 saves memory

@@ -352,7 +352,7 @@ class EventRow(Sequence[Event]):
 
     @property
     def finishes(self) -> array[float]:
-        """The end times of the events [s]: events have no duration on the rope, so these are their start times."""
+        """The end times of the events [s], which are their start times: on the rope an event is an instant."""
         return self.starts
 
     def __len__(self) -> int:

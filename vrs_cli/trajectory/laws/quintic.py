@@ -48,7 +48,8 @@ FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0
 TIME_FACTOR = 1.06  # ratio of each tried time to the one before
 MAX_TRIES = 160
 MIN_TIME_S = 1e-3  # minimum time [s] of a motion that begins in motion
-PEAK_TOLERANCE = 1.0 + 1e-6  # factor on limits raised to the state at the start, so that rounding breaks none
+# factor that allows for rounding where a limit is raised to the value at the start of the motion
+PEAK_TOLERANCE = 1.0 + 1e-6
 HALVINGS = 5  # number of halvings of the interval between a time that is too short and one that is long enough
 
 Part = tuple[float, float, float]  # remaining displacement, current velocity and current acceleration of a component
