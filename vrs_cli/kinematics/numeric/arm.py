@@ -1,16 +1,17 @@
-"""Solve an arm with any axes by a numerical search (`numeric.search`).
+"""Solve arms with any arrangement of axes by a numerical search (`numeric.search`).
 
-A redundant arm can follow a straight line in infinitely many ways, so its joints follow guides. The guides are an exact
-function of time, without integration: for each redundant joint, a weighted sum of all joints goes from its value at the
-start to its value at the end by the law of the line (`segment.Guide`). This is the augmented task of Sciavicco and
-Siciliano ("A solution algorithm to the inverse kinematic problem for redundant manipulators", IEEE J. Robotics and
-Automation 4(4), 1988) with a constant linear task.
+A redundant arm can follow a straight line with infinitely many joint motions, so guides select one of them. A guide is
+a weighted sum of all joints; it goes from its value at the start to its value at the end by the motion law of the line
+(`segment.Guide`). There is one guide for each redundant joint. So the joints are an exact function of time, without
+integration. This is the augmented task of Sciavicco and Siciliano ("A solution algorithm to the inverse kinematic
+problem for redundant manipulators", IEEE J. Robotics and Automation 4(4), 1988) with a constant linear task.
 
-Weights and end values come from a walk along the line with the pseudo-inverse, the shortest joint motion, plus a part
-of the gradient towards the middle of the joint ranges in the null space (Liegeois, "Automatic supervisory control of
-the configuration and behavior of multibody mechanisms", IEEE Trans. Systems, Man and Cybernetics 7(12), 1977). The
-weights are the mean direction of the null space on the walk, in which the joints are freest; the end values are the
-sums at the end of the walk. If the first walk leaves a range, walks with other parts of the gradient are tried.
+Weights and end values are found by a walk: small steps along the line with the pseudo-inverse (the shortest joint
+motion), plus, in the null space, a weighted gradient that pulls joints towards the middle of their ranges (Liegeois,
+"Automatic supervisory control of the configuration and behavior of multibody mechanisms", IEEE Trans. Systems, Man and
+Cybernetics 7(12), 1977). The weights are the mean direction of the null space during the walk, the direction in which
+joints can move most freely; the end values are the weighted sums at the end of the walk. If the first walk leaves a
+joint range, walks with other weights of the gradient are tried.
 """
 
 from __future__ import annotations
@@ -35,17 +36,19 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.batch import Continuation, NumericBatch
 
 
-PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # total weights of the gradient in each walk
-MIN_MARGIN = 0.03  # fraction of a range: a walk with this margin is accepted immediately
-ROUNDING = 1e-9  # allowed rounding of a margin, as a fraction of a range
-BEYOND = 0.02  # fraction of a range: a coarse walk may go this far outside, if the exact line does not
-THERE = 0.01  # [m, rad] maximum error at the end of a walk that counts as successful
-WALK_DAMPING = 1e-9  # [m2, rad2] damping of the pseudo-inverse
+PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # weights of the gradient, summed over all steps of a walk, of the walks to try
+MIN_MARGIN = 0.03  # fraction of a range: a walk that stays this far from all ends is accepted immediately
+ROUNDING = 1e-9  # allowed rounding error of a margin, as a fraction of a range
+BEYOND = 0.02  # fraction of a range: a walk may go this far outside, because its coarse steps are not the exact line
+THERE = 0.01  # [m, rad] a walk counts as successful if its error at the last pose is smaller
+WALK_DAMPING = 1e-9  # [m2, rad2] damping of the pseudo-inverse at singular joints
 ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {ArmTask.STEADY.value!r}"
 
 
 class NumericArm(RobotArm):
-    """An arm with any axes. See `arm.RobotArm`; it has one configuration, without words."""
+    """An arm with any arrangement of axes, solved numerically. It has one configuration, without words. The methods are
+    those of `arm.RobotArm`.
+    """
 
     seed_step = 0.1
     method = "damped least squares within the limits"
@@ -55,15 +58,18 @@ class NumericArm(RobotArm):
         self._all = tuple(range(model.joint_count))
         self.short = (
             model.joint_count < model.task.size
-        )  # with fewer joints than the task needs, most poses are out of reach
+        )  # true if the arm has fewer joints than its task needs: most poses are then out of reach
         self.redundancy = max(0, model.joint_count - model.task.size)
-        self.guesses = self.redundancy > 0  # other arms may end a line in a singular pose, where a guess may be wrong
+        # other arms may end a line in a singular pose, where `guided_state` could converge to wrong joints
+        self.guesses = self.redundancy > 0
 
     # --- redundancy ------------------------------------------------------------------------------------------
 
     @cached_property
     def still_joints(self) -> tuple[int, ...]:  # type: ignore[override] # computed on demand
-        """Return the redundant joints that keep their values without a guide: the joints that the task needs least."""
+        """Return the indexes of the redundant joints that keep their values if no guide prescribes them: the joints
+        without which the others move the flange best.
+        """
         held: tuple[int, ...] = ()
         while self.model.joint_count - len(held) > self.model.task.size:
             rest = [i for i in self._all if i not in held]
@@ -71,19 +77,21 @@ class NumericArm(RobotArm):
         return held
 
     def _still(self, q: Joints) -> Demands:
-        """Return demands that keep the still joints as they are in q."""
+        """Return the demands that keep `still_joints` at their values in q."""
         return tuple([(tuple([float(i == k) for k in self._all]), q[i]) for i in self.still_joints])
 
     def freedom(self, q: Joints) -> float:
         return self._freedom_at(q, self._all)
 
     def _freedom(self, joints: Sequence[int]) -> float:
-        """Return how well these joints alone move the flange: the sum of Yoshikawa's measure over sample poses."""
+        """Return how well these joints alone move the flange: the sum of Yoshikawa's manipulability over
+        sample poses.
+        """
         return sum([self._freedom_at(q, joints) for q in islice(some_joints(self.model), MEASURED)])
 
     def _freedom_at(self, q: Joints, joints: Sequence[int]) -> float:
-        """Return how well these joints move the flange in one pose; with too few joints, only the directions that they
-        can move in count.
+        """Return how well these joints move the flange at q (Yoshikawa's manipulability). If there are fewer joints
+        than the task needs, only the directions in which they can move the flange count.
         """
         rows, _ = self.rows_that_count(q, self.jacobian(q), search.NO_TWIST)
         if joints != self._all:
@@ -127,7 +135,9 @@ class NumericArm(RobotArm):
             q = tuple(map(add, q, step))
             shrunk = (
                 largest / before
-            ) ** 2  # estimates the next step, and the error of the rates, if steps shrink quadratically
+                # relative size of the next step, and relative error of the rates, if Newton's method converges
+                # quadratically
+            ) ** 2
             if shrunk < MAX_RATE_ERROR and shrunk * largest < search.CONVERGED:
                 return q, qd
             before = largest
@@ -141,8 +151,9 @@ class NumericArm(RobotArm):
     def _newton_of_parts(
         self, q: Joints, T: Transform, demands: Demands, twist: Twist, rates: Sequence[float]
     ) -> tuple[Joints, Joints] | None:
-        """Return one Newton step and the rates for a task that leaves parts of a pose free (`search.newton` is for
-        whole poses)."""
+        """Return one Newton step and the joint rates, for a task that leaves parts of a pose free. (`search.newton`
+        generates the function for whole poses.)
+        """
         rows, error = self.missing(q, T)
         _, wanted = self.rows_that_count(q, (), twist)
         error += [value - sum(map(mul, weights, q)) for weights, value in demands]
@@ -152,9 +163,9 @@ class NumericArm(RobotArm):
     # --- walks along a line ----------------------------------------------------------------------------------
 
     def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
-        """Yield walks that keep a margin from the ends of the ranges, in the order of `PARTS`.
+        """Yield walks that keep a margin from the ends of the joint ranges, in the order of `PARTS`.
 
-        Then yield the other walks that arrive inside the ranges, the walk with the widest margin first.
+        Then yield the other walks that reach the last pose inside the ranges, the walk with the widest margin first.
         """
         found, enough = list[Walk](), min(MIN_MARGIN, self._margin(begin) - ROUNDING)
         free = len(begin) > self.model.task.size + len(asked)
@@ -171,7 +182,7 @@ class NumericArm(RobotArm):
         return self._walk(begin, poses, asked, PARTS[0])
 
     def _walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked, part: float) -> Walk:
-        """Return the walk with this weight of the gradient."""
+        """Return the walk for this total weight of the gradient."""
         q, margin, total, steps = begin, 1.0, list[Joints](), len(poses) - 1
         axes = [_axis(joint, len(q)) for joint, _ in asked]
         others = [i for i in self.still_joints if i not in dict(asked)]
@@ -187,13 +198,15 @@ class NumericArm(RobotArm):
 
     @cached_property
     def _pulls(self) -> list[tuple[float, float]]:
-        """Return the middle of each joint's range, and the weight of the joint's distance from it in the gradient."""
+        """Return for each joint the middle of its range, and the weight of its distance from the middle in the
+        gradient.
+        """
         mean = sum([high - low for low, high in self._limits]) / len(self._limits)
         return [(low + 0.5 * (high - low), (mean / (high - low)) ** 2) for low, high in self._limits]
 
     def _margin(self, q: Joints) -> float:
-        """Return the least distance of any joint from the ends of its range, as a fraction of the range; below 0
-        outside.
+        """Return the least distance of any joint from the ends of its range, as a fraction of the range; negative if a
+        joint is outside.
         """
         rows = zip(q, self._limits, strict=True)
         return min([(x - low if x - low < high - x else high - x) / (high - low) for x, (low, high) in rows])
@@ -201,11 +214,12 @@ class NumericArm(RobotArm):
     def _walk_step(
         self, q: Joints, pose: Transform, held: list[tuple[Joints, float]], near: list[Joints], part: float
     ) -> tuple[Joints, list[Joints]]:
-        """Return the shortest step to a pose and to the held sums, and an orthonormal basis of the null space.
+        """Return the shortest step from joints q to a pose and to the sums in `held`, and an orthonormal basis of the
+        null space.
 
-        The step has a part of the gradient in the null space: the gradient of the sum of squares of the joints'
-        relative positions in their ranges, for a range of 1 rad. Each direction of the basis is near a direction in
-        `near`.
+        In the null space, the step adds the gradient times `part`: the gradient of the sum of the squared distances of
+        joints from the middles of their ranges, relative to these ranges. `near`: the previous basis; each new
+        direction is close to one of its directions.
         """
         demands = (*held, *((unit, _dot(unit, q)) for unit in near))
         step, directions = Joints(), list[Joints]()
@@ -242,8 +256,9 @@ class NumericArm(RobotArm):
         return min(found, key=lambda q: self.shortest_time(near, q))
 
     def _solutions(self, T: Transform, near: Joints) -> list[Joints]:
-        """Return solutions inside the limits: the one near `near` for a redundant arm, else those that the first starts
-        find."""
+        """Return solutions inside the limits: for a redundant arm the one that a search from `near` finds; otherwise,
+        or if there is none, those found from the first successful round of starts.
+        """
         if not self.unchanging.allows(T) or self.beyond(T):
             return []
         if self.model.joint_count > self.model.task.size:
@@ -276,15 +291,15 @@ class NumericArm(RobotArm):
 
     @cached_property
     def batch(self) -> NumericBatch:
-        from vrs_cli.kinematics.numeric.batch import NumericBatch  # here because it loads numpy
+        from vrs_cli.kinematics.numeric.batch import NumericBatch  # imported here because it loads numpy
 
         return NumericBatch(self.model, self.unchanging, self.still_joints)
 
     def _search(
         self, T: Transform, q: Joints, demands: Demands = (), *, bounded: bool
     ) -> tuple[Joints | None, tuple[float, float]]:
-        """Return joints that reach T and meet the demands from the start q, or None and the remaining error [m,
-        rad].
+        """Search from the start q for joints that reach T and meet the demands. Return the joints, or None and the
+        remaining distance [m] and angle [rad].
         """
         if not self.unchanging.allows(T):
             return None, (0.0, 0.0)
@@ -312,7 +327,9 @@ class NumericArm(RobotArm):
         return None, search.Aim(self, T).miss(tuple(held))
 
     def _step(self, q: Joints, rows: Sequence[Joints], error: Sequence[float], *, bounded: bool) -> Joints:
-        """Return the damped step. Joints that it would push out of their range do not move."""
+        """Return the damped least-squares step. With `bounded`, joints at a limit do not move if the step would push
+        them outside.
+        """
         damping, free = search.DAMPING * sum([e * e for e in error]) + search.LEAST_DAMPING, self._all
         limits = zip(self._all, q, self._limits, strict=True) if bounded else ()
         at_lower = {i: x <= low for i, x, (low, high) in limits if not low < x < high}
@@ -330,25 +347,27 @@ class NumericArm(RobotArm):
         return tuple([steps.get(i, 0.0) for i in self._all])
 
     def missing(self, q: Joints, T: Transform) -> tuple[list[Joints], list[float]]:
-        """Return the rows of the Jacobian that count, and the errors in these rows [m, rad]."""
+        """Return the rows of the Jacobian that count for the task, and the remaining error from q to T in these rows
+        [m, rad].
+        """
         have, J = self.forward_and_jacobian(q)
         return self.rows_that_count(q, J, search.missing(self.model.task, have, T))
 
 
 def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:
-    """Return an orthonormal basis of directions in their order (Gram and Schmidt)."""
+    """Return an orthonormal basis made from the directions in their order (Gram-Schmidt method)."""
     basis = list[Joints]()
     for direction in directions:
         rest = direction
         for unit in basis:
             rest = _plus(rest, -_dot(rest, unit), unit)
-        size = max(sqrt(_dot(rest, rest)), 1e-6)  # minimum length of a direction
+        size = max(sqrt(_dot(rest, rest)), 1e-6)  # minimum length to divide by
         basis.append(tuple([x / size for x in rest]))
     return basis
 
 
 def _axis(joint: int, count: int) -> Joints:
-    """Return the weights of a sum that contains only one joint."""
+    """Return the weights of a sum of `count` joints that contains only this joint: a unit vector."""
     return tuple([float(i == joint) for i in range(count)])
 
 

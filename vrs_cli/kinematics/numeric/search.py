@@ -1,28 +1,28 @@
-"""Search joints for a pose: by damped least squares, by Newton's method, and downhill to the nearest pose.
+"""Search joints for a pose: by damped least squares, by Newton's method, and by descent to the nearest reachable pose.
 
-The search is that of Levenberg and Marquardt with the damping of Sugihara (2011), a fraction of the squared error: far
-from the goal a step follows the gradient, near the goal it is Newton's. A search within the limits holds joints at a
-limit that they would leave, and may get stuck there. A search without limits does not get stuck, and three in four of
-its results are within the limits on another turn. So the solver makes both searches. They start from the near joints,
-then from a fixed sequence of other joints in their ranges: from a few first, and from more if these find nothing. So
-the same location always has the same solution. For an arm with fewer than six joints a pose counts as reached if the
-error does not show in three decimals.
+The search is the Levenberg-Marquardt method with the damping of Sugihara (2011), a fraction of the squared error: far
+from the goal a step follows the gradient, near the goal it is a step of Newton's method. A search within the limits
+stops joints at a limit that they would pass, and may get stuck there. A search without limits does not get stuck, and
+three in four of its results can be brought inside the limits by whole turns. So the solver tries both. Searches start
+from the near joints, then from a fixed sequence of other joints in their ranges: a few at first, and more if these find
+nothing. So the same location always has the same solution. For an arm with fewer than six joints a pose counts as
+reached if the error does not show in three decimals.
 
 A redundant arm reaches one pose with many joint vectors. A MOVE takes the result of the search that starts at the
-present joints. On a straight line the joints follow guides (`numeric.arm`): they are then a function of pose and time
-alone.
+current joints. On a straight line guides prescribe sums of joints (`numeric.arm`), so the joints depend only on the
+pose and the time.
 
-`newton` writes one step of Newton's method, and the joint rates, as Python code for one arm. All quantities are
-expressed in the frame of the third joint's axis, and velocities are those of its origin: there many entries of the
-Jacobian are constants, most of them 0 (Waldron, Wang and Bolin, "A Study of the Jacobian Matrix of Serial
-Manipulators", J. Mechanisms, Transmissions, and Automation in Design 107(2), 1985). Unknowns with constant pivots are
-eliminated once, when the code is written; the others when it runs.
+`newton` generates Python code for one arm that computes one step of Newton's method, and the joint rates. All vectors
+are expressed in the frame of the third joint's axis, and velocities are those of the point at its origin, because many
+entries of this Jacobian are constants, most of them 0 (Waldron, Wang and Bolin, "A Study of the Jacobian Matrix of
+Serial Manipulators", J. Mechanisms, Transmissions, and Automation in Design 107(2), 1985). Unknowns with constant
+pivots are eliminated once, when the code is generated; the others when it runs.
 
-`Aim.nearest` minimises the squared distance of the tool from a pose and, with less weight, the turn. Each step is that
-of Levenberg and Marquardt within a box, by principal pivoting (K. G. Murty, "Linear Complementarity, Linear and
-Nonlinear Programming", 1988, chapter 4): joints are held at their bounds one by one, and released if they would move
-inwards. The steps never go uphill, so the arm never jumps. They end at the nearest pose in the neighbourhood, so that a
-dragged tool slides along the edge of the reach.
+`Aim.nearest` minimises the squared distance of the tool from a pose plus, with less weight, its squared rotation error.
+Each step is a Levenberg-Marquardt step limited to a box, computed by principal pivoting (K. G. Murty, "Linear
+Complementarity, Linear and Nonlinear Programming", 1988, chapter 4): joints are held at their bounds one by one, and
+released if they would move inwards. No step increases the error, so the arm never jumps. The steps end at the locally
+nearest pose, so a dragged tool slides along the edge of the reach.
 """
 
 from __future__ import annotations
@@ -40,22 +40,26 @@ from vrs_cli.kinematics.joints import Demands, JointKind, Joints, Twist
 from vrs_cli.kinematics.model import ArmTask, Link, RobotModel, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, cross, dot, inverse
 
-CONVERGED = 1e-10  # [m, rad] allowed error of a result
+CONVERGED = 1e-10  # [m, rad] a search has succeeded if all components of the error are smaller
 STEPS = 60  # maximum number of steps of a search within the limits
 FREE_STEPS = 30  # maximum number of steps of a search without limits
 LARGEST_STEP = 0.5  # [rad, m] maximum change of a joint in one step
-DAMPING, LEAST_DAMPING = 0.1, 1e-13  # damping as a fraction of the squared error; minimum damping
-HOPELESS = 1e-3  # fraction of the error: a search with smaller steps that do not grow is given up
-NEWTON = 1e-3  # [m2, rad2] with less damping Newton's step is taken, which costs half
-SHORT, FEW = 0.35, 6  # [rad, m] maximum step, and maximum number of steps, of Newton's method alone
-LAST = 1e-6  # [rad, m] after a smaller step the error is negligible
-ROUNDS = (40, 160, 640)  # number of starts in each round; later rounds are tried if earlier rounds find nothing
-FEW_JOINTS = 2  # number of rounds for an arm that reaches few poses, since most of its searches fail
+# damping of the least-squares step, as a fraction of the squared error; constant added to it
+DAMPING, LEAST_DAMPING = 0.1, 1e-13
+HOPELESS = 1e-3  # a search is given up if its steps are smaller than this fraction of the error and do not grow
+NEWTON = 1e-3  # [m2, rad2] below this damping an undamped Newton step is taken instead, which takes half the time
+# `guided_state` gives up Newton's method after a larger step [rad, m], or after this number of steps
+SHORT, FEW = 0.35, 6
+# [rad, m] `guided_state` compares the first step of Newton's method with this size, as if it were the previous step
+LAST = 1e-6
+ROUNDS = (40, 160, 640)  # number of starts in each round; a round is tried only if earlier rounds find nothing
+# number of rounds for an arm with fewer joints than its task needs: most poses are out of reach, so most searches fail
+FEW_JOINTS = 2
 
 
 def rounds(model: RobotModel, near: Joints) -> Iterator[list[Joints]]:
-    """Yield lists of joints where searches begin: `near`, the middle of the ranges and sample joints, then more
-    samples.
+    """Yield rounds (lists of start joints for searches): first `near`, the middle of the ranges and some sample joints,
+    then more samples.
     """
     others = some_joints(model)
     middle = tuple((low + high) / 2 for low, high in zip(model.lower, model.upper, strict=True))
@@ -65,7 +69,9 @@ def rounds(model: RobotModel, near: Joints) -> Iterator[list[Joints]]:
 
 
 def missing(task: ArmTask, have: Transform, want: Transform) -> Twist:
-    """Return the displacement and the turn from one pose to another [m, rad], about axes of the base."""
+    """Return the displacement [m] and the rotation vector [rad] from the pose `have` to the pose `want`, in the axes of
+    the base.
+    """
     if task is ArmTask.POINTING:
         turn = turn_between((have.ax, have.ay, have.az), (want.ax, want.ay, want.az))
     else:
@@ -74,12 +80,14 @@ def missing(task: ArmTask, have: Transform, want: Transform) -> Twist:
 
 
 def turn_between(a: Vector, b: Vector) -> Vector:
-    """Return the shortest rotation vector that brings direction a to b [rad]."""
+    """Return the rotation vector of the smallest rotation from direction a to direction b [rad]."""
     return as_long_as_angle(cross(a, b), dot(a, b))
 
 
 def rotation_vector(have: Transform, want: Transform) -> Vector:
-    """Return the rotation vector of R_want R_have^T, about axes of the base [rad]."""
+    """Return the rotation vector from the orientation of `have` to that of `want` (of R_want R_have^T), in the axes of
+    the base [rad].
+    """
     h, w = have, want
     x = 0.5 * (h.ny * w.nz - h.nz * w.ny + h.sy * w.sz - h.sz * w.sy + h.ay * w.az - h.az * w.ay)
     y = 0.5 * (h.nz * w.nx - h.nx * w.nz + h.sz * w.sx - h.sx * w.sz + h.az * w.ax - h.ax * w.az)
@@ -93,16 +101,18 @@ def rotation_vector(have: Transform, want: Transform) -> Vector:
 
 
 def as_long_as_angle(v: Vector, cosine: float) -> Vector:
-    """Return a rotation vector whose length is its angle, from a vector whose length is the sine of the angle."""
+    """Return the rotation vector with the direction of v, whose length is the sine of the angle; `cosine` is the cosine
+    of the angle.
+    """
     sine = hypot(*v)
-    if sine < 1e-12:  # no turn, or half a turn: take any axis, because the next step corrects it
+    if sine < 1e-12:  # the angle is 0, or 180 deg with an unknown axis: use any, because the next step corrects it
         return v if cosine > 0.0 else (1e-3, 0.0, 0.0)
     factor = atan2(sine, cosine) / sine
     return v[0] * factor, v[1] * factor, v[2] * factor
 
 
-SEEN_FROM = 2  # index of the frame in which everything is computed: the frame with the axis of the third joint
-SIDES = 2  # number of right sides of the equations: the error, and the rates
+SEEN_FROM = 2  # index of the frame in which everything is computed: its z axis is the axis of the third joint
+SIDES = 2  # number of right sides of the equations: the errors, and the wanted rates
 NO_TWIST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 Table = list[list[compiled.Entry]]
@@ -111,10 +121,12 @@ Newton = Callable[[Joints, Transform, Demands, Twist, Sequence[float]], tuple[Jo
 
 @cache
 def newton(links: tuple[Link, ...], base: Transform, flange: Transform) -> Newton:
-    """Return `newton(q, T, demands, twist, rates)` for an arm, which returns one Newton step and the joint rates at q.
+    """Generate for an arm the function `newton(q, T, demands, twist, rates)`, which returns one Newton step and the
+    joint rates at q.
 
-    The step leads from q to the pose T of the flange and to the demanded sums (one for each joint beyond six). The
-    rates give the flange the twist, and the sums their rates. The result is None if q is singular.
+    The step leads from q towards the pose T of the flange and the sums of joints in `demands` (one for each joint
+    beyond six). The joint rates give the flange the twist, and the sums the rates in `rates`. The result is None if q
+    is singular.
     """
     names: dict[str, Any] = {
         "cos": cos,
@@ -128,8 +140,8 @@ def newton(links: tuple[Link, ...], base: Transform, flange: Transform) -> Newto
 
 
 class _StepWriter(compiled.Writer):
-    """Writes the code for the kinematics from frame `SEEN_FROM` to the flange and back to the base, then the
-    equations.
+    """Generates the code of `newton`: the kinematics from frame `SEEN_FROM` outward to the flange and back to the base,
+    then the solution of the equations.
     """
 
     def __init__(self, links: Sequence[Link], base: Transform, flange: Transform) -> None:
@@ -141,7 +153,9 @@ class _StepWriter(compiled.Writer):
         self.all, self.guides = links, len(links) - 6
 
     def _joint_before(self, i: int, link: Link) -> None:
-        """Move the frame back over one joint and its link."""
+        """Extend the kinematics by one joint and its link towards the base: `columns` becomes the frame before the
+        joint.
+        """
         n, s, a, p = self.columns
         c, z, d = self.joint_entries(i, link)
         ca, sa = compiled.twist_entries(link)
@@ -171,11 +185,12 @@ class _StepWriter(compiled.Writer):
         ]
         n, s, a, _ = self.columns
         v, w = self.mix(("u0", n), ("u1", s), ("u2", a)), self.mix(("u3", n), ("u4", s), ("u5", a))
-        twist = *self.add_crosses(v, (self.flange[3], w)), *w  # the twist of the flange, of the point at the origin
+        # twist of the point of the flange that is at the origin of frame `SEEN_FROM`
+        twist = *self.add_crosses(v, (self.flange[3], w)), *w
         wanted = zip((*self._missing(), *sums), (*twist, *(f"r{k}" for k in guides)), strict=True)
         columns = list[
             tuple[compiled.Entry, ...]
-        ]()  # columns of the Jacobian: the velocity of the origin, and the angular velocity
+        ]()  # columns of the Jacobian: velocity of the flange's point at the origin, and angular velocity
         for link, (z, o) in zip(self.all, self.axes, strict=True):
             columns.append((*z, *compiled.STILL) if link.kind is JointKind.PRISMATIC else (*self.cross(o, z), *z))
         rows = (*zip(*columns, strict=True), *weights)
@@ -188,7 +203,9 @@ class _StepWriter(compiled.Writer):
         )
 
     def _missing(self) -> tuple[compiled.Entry, ...]:
-        """Return the displacement of the origin, as if it moved with the flange, and the turn to the wanted pose."""
+        """Return the remaining error to the pose T: the displacement of the flange's point that is at the origin, and
+        the rotation vector.
+        """
         n, s, a, origin = [(f"p{i}", f"p{i + 4}", f"p{i + 8}") for i in range(4)]
         *want, p = self.product((n, s, a, origin))
         *have, o = self.flange
@@ -203,13 +220,15 @@ class _StepWriter(compiled.Writer):
     # --- equations ---
 
     def _solve(self, table: Table) -> Table:
-        """Return the unknowns for each right side of a table of coefficients and right sides."""
+        """Solve equations given as rows of coefficients followed by right sides. Return for each unknown its values,
+        one for each right side.
+        """
         n = len(table)
         entries = ((r, c, table[r][c]) for r in range(n) for c in range(n))
         r, c, pivot = next(
             ((r, c, x) for r, c, x in entries if isinstance(x, float) and abs(x) >= compiled.LARGE), (n, n, 0.0)
         )
-        if r == n:  # the remaining equations are solved when the function runs
+        if r == n:  # no constant pivot is left: generate code that solves the remaining equations at run time
             table = sorted(table, key=lambda row: row[0] == 0.0)
             self.lines += [
                 f"a{r}_{c} = {compiled.text_of(x)}" for r, row in enumerate(table) for c, x in enumerate(row)
@@ -217,7 +236,7 @@ class _StepWriter(compiled.Writer):
             self.lines += compiled.elimination_lines(n, SIDES)
             return [[f"x{k}_{side}" for side in range(SIDES)] for k in range(n)]
         row = [self.sum([(1.0 / pivot, x)]) for x in table[r]]
-        others = list[list[compiled.Entry]]()  # the other rows, without this unknown
+        others = list[list[compiled.Entry]]()  # the other equations, from which this unknown is eliminated
         for other in (*table[:r], *table[r + 1 :]):
             pairs = [(x, y) for k, (x, y) in enumerate(zip(other, row, strict=True)) if k != c]
             others.append([self.sum([(1.0, x), (compiled.minus(other[c]), y)]) for x, y in pairs])
@@ -228,19 +247,21 @@ class _StepWriter(compiled.Writer):
         return [*found[:c], own, *found[c:]]
 
 
-LEVER = 0.1  # fraction of the arm's length: a turn [rad] times this lever counts as a distance [m]
-SLIGHT = 0.05  # fraction of that lever for an arm that turns its tool as nearly as it can: the position matters more
-NEAREST_STEPS = 6  # maximum number of steps of a search for the nearest pose
+LEVER = 0.1  # fraction of the arm's length; an angle [rad] times this length is compared with distances [m]
+SLIGHT = 0.05  # factor of LEVER for the task STEADY, so that the position matters more than the orientation
+NEAREST_STEPS = 6  # maximum number of steps of `Aim.nearest`
 CLOSE = 1e-18  # [m2] a smaller squared error counts as 0
-NEAREST_DAMPING = 0.05  # damping as a fraction of the squared error
+NEAREST_DAMPING = 0.05  # damping in `Aim.nearest`, as a fraction of the squared error
 MIN_DAMPING_M2, MAX_DAMPING_M2 = 1e-9, 5e-4  # [m2] minimum and maximum damping
-HEAVY = 100.0  # weight of leaving the side of axis 1, relative to that of a distance
-DIFFERENCE = 1e-7  # [rad, m] change of a joint for a difference quotient
+# weight of a distance beyond the border to the other side of axis 1, relative to a distance from the pose
+HEAVY = 100.0
+DIFFERENCE = 1e-7  # [rad, m] change of a joint with which `Side.slope` computes difference quotients
 
 
 class Miss(NamedTuple):
-    """The distance and the angle between a tool and a pose, in the parts of a pose that count for the robot [m,
-    rad]."""
+    """The distance [m] and the angle [rad] between a tool and a pose; only the parts of a pose that count for the robot
+    are compared.
+    """
 
     away: float
     turned: float
@@ -250,10 +271,10 @@ class Miss(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """The result of a search for the nearest pose.
+    """The result of a search for the nearest reachable pose.
 
-    `gain`: how much nearer the tool is than at the start (1: it reaches the pose). `pressed`: for each joint -1 if its
-    lower bound stops it, 1 if its upper bound does, else 0.
+    `gain`: by which fraction the distance from the pose became smaller (1: the tool reaches the pose). `pressed`: for
+    each joint -1 if its lower bound stops it, 1 if its upper bound stops it, else 0.
     """
 
     joints: Joints
@@ -262,14 +283,18 @@ class Nearest(NamedTuple):
 
 
 class Side(NamedTuple):
-    """The side of axis 1 on which an arm stays: RIGHTY (-1) or LEFTY (1), and the least distance [m]."""
+    """The side of axis 1 on which an arm must stay. `sign`: -1 for RIGHTY, 1 for LEFTY. `margin`: the least distance
+    from axis 1 [m].
+    """
 
     arm: RobotArm
     sign: float
     margin: float
 
     def room(self, q: Joints) -> float:
-        """Return the distance of the arm from the border between both sides [m]."""
+        """Return how far the arm is from the border of this side (axis 1 plus the margin) [m]; negative beyond the
+        border.
+        """
         return self.sign * self.arm.outward(q) - self.margin
 
     def slope(self, q: Joints) -> Joints:
@@ -278,8 +303,8 @@ class Side(NamedTuple):
 
 
 class Aim:
-    """A pose of a tool, T_base_flange T_flange_tool, that an arm approaches. With `side` the arm stays on that side of
-    axis 1.
+    """A pose of a tool, T_base_flange T_flange_tool, that an arm tries to reach. If `side` is given, the arm stays on
+    this side of axis 1.
     """
 
     def __init__(
@@ -298,7 +323,9 @@ class Aim:
         return Miss(hypot(*error[: self.places]), turned)
 
     def nearest(self, q: Joints, lower: Joints, upper: Joints) -> Nearest:
-        """Search downhill from q within the bounds, and return the joints nearest to the pose."""
+        """Search by descent from joints q within the bounds, and return the joints that bring the tool nearest to the
+        pose.
+        """
         rows, error = self._linear(q)
         first = cost = self._cost(q, error)
         damping = min(max(NEAREST_DAMPING * cost, MIN_DAMPING_M2), MAX_DAMPING_M2)
@@ -309,10 +336,10 @@ class Aim:
             rows_there, error_there = self._linear(there)
             after = self._cost(there, error_there)
             if after >= cost:
-                damping *= 10.0  # factor of the damping after a step uphill
+                damping *= 10.0  # factor of the damping after a step that did not reduce the error
                 continue
             gained, q, rows, error, cost = cost - after, there, rows_there, error_there, after
-            if gained < 1e-4 * cost:  # fraction of the squared error: a smaller gain ends the search
+            if gained < 1e-4 * cost:  # the search ends if a step reduces the squared error by less than this fraction
                 break
             damping = min(max(NEAREST_DAMPING * cost, MIN_DAMPING_M2), damping)
         downhill = (sum([a * e for a, e in zip(column, error, strict=True)]) for column in zip(*rows, strict=True))
@@ -327,7 +354,9 @@ class Aim:
     def _step(
         self, q: Joints, rows: Sequence[Joints], error: Sequence[float], damping: float, lower: Joints, upper: Joints
     ) -> Joints:
-        """Return the joints after one step; a step that would change sides goes along the border."""
+        """Return the joints after one step. If the step would cross the border of `side`, take a step along the border
+        instead.
+        """
         room = [(low - x, high - x) for x, low, high in zip(q, lower, upper, strict=True)]
         there = _move_within(q, bounded_step(rows, error, damping, room), lower, upper)
         if self.side is None or self.side.room(there) >= min(left := self.side.room(q), 0.0):
@@ -340,7 +369,9 @@ class Aim:
         return sum([e * e for e in error]) + (HEAVY * beyond) ** 2
 
     def _linear(self, q: Joints) -> tuple[list[Joints], list[float]]:
-        """Return the rows of the Jacobian that count and the error of the tool, both as lengths."""
+        """Return the rows of the tool's Jacobian that count for the task, and the error of the tool; angles are
+        converted to lengths by `lever` [m].
+        """
         arm, lever, places = self.arm, self.lever, self.places
         twist = missing(self.task, compose(arm.forward(q), self.tool), self.pose)
         rows, error = arm.rows_that_count(q, arm.jacobian(q, self.tool), twist)
@@ -359,11 +390,11 @@ def _move_within(q: Joints, change: Sequence[float], lower: Joints, upper: Joint
 def bounded_step(
     rows: Sequence[Sequence[float]], error: Sequence[float], damping: float, room: Sequence[tuple[float, float]]
 ) -> list[float]:
-    """Return the step d with the least |rows d - error|^2 + damping |d|^2. Each component of d has bounds, which
-    include 0.
+    """Return the step d that minimises |rows d - error|^2 + damping |d|^2. `room`: the bounds of each component of d,
+    which include 0.
 
-    Each joint is held at a bound or free. While a free joint leaves its bounds or a held joint would move inwards, the
-    last such joint switches between held and free. This ends at the minimum.
+    Each joint is either held at a bound or free. As long as a free joint leaves its bounds, or a held joint would move
+    inwards, the last such joint switches between held and free. When no such joint is left, d is the minimum.
     """
     columns = list(zip(*rows, strict=True))
     table = compiled.gram(columns)

@@ -1,4 +1,4 @@
-"""Solve six joints with an offset wrist, the arm of Universal Robots and its like, in closed form.
+"""Solve arms with six joints and an offset wrist, such as those of Universal Robots, in closed form.
 
     i   theta   d     a    alpha
     1   q1      d1    0    +90 deg
@@ -8,20 +8,20 @@
     5   q5      d5    0    -90
     6   q6      d6    0      0
 
-The axes of joints 2, 3 and 4 are parallel; joint 6 does not turn its own axis, and the axis of joint 5 leaves the plane
-of the arm at w = d2 + d3 + d4 from the axis of joint 1. With p the origin of frame 5 and y = (s1, -c1, 0) the axes of
-joints 2 to 4: p . y = w gives joint 1, a . y = cos q5 joint 5, (n . y, s . y) = sin q5 (c6, -s6) joint 6, and the two
-bars a2 and a3 in the plane give the other joints. Source: Hawkins, "Analytic inverse kinematics for the Universal
-Robots" (2013).
+The axes of joints 2, 3 and 4 are parallel. The plane of the arm (of its bars a2 and a3) is at the distance w = d2 + d3
++ d4 from the axis of joint 1. Let p be the origin of frame 5, n, s and a the axes of the flange, and y = (s1, -c1, 0)
+the direction of the axes of joints 2 to 4. Then p . y = w gives joint 1, a . y = cos q5 gives joint 5, (n . y, s . y) =
+sin q5 (c6, -s6) gives joint 6, and the triangle of the bars gives joints 2 to 4. Source: Hawkins, "Analytic inverse
+kinematics for the Universal Robots" (2013).
 
-The configurations, in the words of V+, adapted to this arm:
+The configurations have the words of V+, adapted to this arm:
 
     RIGHTY / LEFTY    the arm to the right / left of the axis of joint 1, seen along the arm
     ABOVE / BELOW     the elbow above / below the line from shoulder to wrist
     NOFLIP / FLIP     joint 5 positive (or zero) / negative, as on a PUMA
 
-With the other wrist the plane of joints 2 to 4 turns by half a turn about its normal: `lift` and `level`, the sine and
-cosine of q2 + q3 + q4, change their signs.
+If the wrist word changes, q2 + q3 + q4 changes by half a turn: its sine and cosine, `lift` and `level`, change their
+signs.
 """
 
 from __future__ import annotations
@@ -53,7 +53,9 @@ ALPHAS = (pi / 2, 0.0, 0.0, pi / 2, -pi / 2)
 
 
 class Offsets(NamedTuple):
-    """Lengths [m]; `right` is +1.0 if w is positive, else -1.0."""
+    """The lengths of the arm [m]. `side`: w, the distance of the arm's plane from axis 1; `right`: its sign, +1.0 or
+    -1.0.
+    """
 
     d1: float
     a2: float
@@ -65,7 +67,9 @@ class Offsets(NamedTuple):
 
 
 def offsets_of(model: RobotModel) -> Offsets | None:
-    """Return the lengths of a model whose links have these alphas; None for other models."""
+    """Return the lengths of a model whose links have the alphas of the table above; None if other link parameters do
+    not fit the table.
+    """
     l1, l2, l3, l4, l5, l6 = model.links
     if max(abs(l1.a), abs(l4.a), abs(l5.a)) > EXACT or min(l2.a, l3.a) <= EXACT:
         return None
@@ -73,18 +77,21 @@ def offsets_of(model: RobotModel) -> Offsets | None:
     return Offsets(l1.d, l2.a, l3.a, side, l5.d, l6.d, -1.0 if side < 0.0 else 1.0)
 
 
-ON_AXIS = bounds.SINGULAR * bounds.SINGULAR  # [m2] maximum squared distance of a point on an axis
+# [m2] a point with a smaller squared distance from an axis counts as on the axis
+ON_AXIS = bounds.SINGULAR * bounds.SINGULAR
 
-STEPS = (  # variables of a branch, as `render/symbols.py` shows them
+STEPS = (  # variables of the formula in `make_branch` that `render/symbols.py` shows to users
     *("arm", "elbow", "wrist", "x", "y", "z", "u2", "u", "q1", "c5", "s5", "q5", "q6"),
     *("lift", "level", "h", "v", "k", "q3", "q2", "phi", "q4"),
 )
 
 
 def make_branch(offsets: Offsets) -> Branch:
-    """Return the inverse of one branch: each joint on the turn nearest to `near`, ignoring the limits.
+    """Return the formula of inverse kinematics: a function of a pose, a configuration and `near` that ignores the
+    limits, and adds whole turns to bring each joint nearest to `near`.
 
-    None if the pose is out of reach. Joint 1 or joint 6 keeps its value in `near` if it may have any value.
+    The function returns None if the pose is out of reach. Joint 1 or joint 6 keeps its value in `near` if it may have
+    any value.
     """
     d1, a2, a3, side, d5, d6, right = offsets
     bars, twice = a2 * a2 + a3 * a3, 1.0 / (2.0 * a2 * a3)
@@ -127,16 +134,18 @@ def make_branch(offsets: Offsets) -> Branch:
         q2, q3 = bearing - fold * angle2, fold * angle3
         q4 = phi - q2 - q3
         found = q1, q2, q3, q4, q5, q6
-        return found if dist(found, near) < pi else six_turned_near(found, near)  # no joint is half a turn away
+        # if the distance is below pi, every joint is within half a turn
+        return found if dist(found, near) < pi else six_turned_near(found, near)
 
     return branch
 
 
-CLEAR = 1e-3  # minimum distance from singularities for rates in closed form
+# nearer to a singularity (values of `singularity` below this), rates are computed by the Jacobian, not in closed form
+CLEAR = 1e-3
 
 
 class OffsetWristArm(FormulaArm):
-    """Six joints with an offset wrist. See `arm.RobotArm`."""
+    """An arm with six joints and an offset wrist. The methods are those of `arm.RobotArm`."""
 
     ways = ALL
     method = "closed form, joints 2 to 4 parallel"
@@ -171,7 +180,7 @@ class OffsetWristArm(FormulaArm):
         return -self.offsets.right * self._outward(q)
 
     def _outward(self, q: Joints) -> float:
-        """Return the distance of frame 5's origin from axis 1, in the arm's plane [m]."""
+        """Return the signed distance of the origin of frame 5 from axis 1, in the plane of the arm [m]."""
         _, q2, q3, q4, _, _ = q
         g = self.offsets
         return g.a2 * cos(q2) + g.a3 * cos(q2 + q3) + g.d5 * sin(q2 + q3 + q4)
@@ -182,12 +191,13 @@ class OffsetWristArm(FormulaArm):
     def joint_velocity(
         self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
     ) -> Joints:
-        """Return joint rates in closed form, or by the Jacobian near a singular pose.
+        """Return the joint rates in closed form; near a singular pose compute them by the Jacobian.
 
         Only joints 1 to 4 move the point where axes 5 and 6 meet, and only joint 1 moves it perpendicular to the plane
-        of the arm. The rest of the turn has three parts. Joints 2 to 4 together make the part about the normal of the
-        plane, joint 5 the part about axis 5, and joint 6 the part about the third direction, X of frame 4. So joint 4
-        moves like the end of a planar arm of two bars.
+        of the arm. Subtracting the effect of joint 1 leaves an angular velocity with three components. Joints 2 to 4
+        together make the component along the normal of the plane, joint 5 that along axis 5, and joint 6 that along the
+        third direction, X of frame 4. Then the axis of joint 4 moves like the end of a planar arm of two bars, which
+        gives joints 2 and 3.
         """
         _, a2, a3, side, d5, d6, _ = self.offsets
         q1, q2, q3, q4, q5, q6 = q
@@ -199,7 +209,8 @@ class OffsetWristArm(FormulaArm):
         if -CLEAR < s3 < CLEAR or -CLEAR < s5 < CLEAR or abs(outward) < CLEAR * (a2 + a3 + abs(d5)):
             return super().joint_velocity(q, twist, T_flange_tool, demands)
         vx, vy, vz, wx, wy, wz = twist
-        out, across = c1 * wx + s1 * wy, s1 * wx - c1 * wy  # components of the angular velocity
+        # components of the angular velocity, outward in and perpendicular to the plane of the arm
+        out, across = c1 * wx + s1 * wy, s1 * wx - c1 * wy
         tx, ty, tz = T_flange_tool[3], T_flange_tool[7], d6 + T_flange_tool[11]
         x, y, z = -s5 * tz, c5 * tz, 0.0  # vector from the point where axes 5 and 6 meet to the tip, in frame 4
         if tx or ty:
@@ -207,7 +218,8 @@ class OffsetWristArm(FormulaArm):
             along = c6 * tx - s6 * ty
             x, y, z = x + c5 * along, y + s5 * along, -s6 * tx - c6 * ty
         ro, ru = c * x + s * z, s * x - c * z
-        vo = c1 * vx + s1 * vy - (wz * y - across * ru)  # out x across = -up, across x up = -out, up x out = -across
+        # signs from out x across = -up, across x up = -out, up x out = -across
+        vo = c1 * vx + s1 * vy - (wz * y - across * ru)
         va = s1 * vx - c1 * vy - (out * ru - wz * ro)
         vu = vz - (across * ro - out * y)
         qd1 = -va / outward
@@ -220,8 +232,8 @@ class OffsetWristArm(FormulaArm):
         return qd1, qd2, qd3, turn - qd2 - qd3, s * out - c * up, qd6
 
     def clearance(self, T: Transform, configuration: Configuration) -> bounds.Clearance:
-        """Return the clearances. Joint 4 is at o - d5 z, with the wrist centre o. The vector z is along y x a, which
-        has the length sin q5.
+        """Return the clearances of a pose. The axis of joint 4 is at o - d5 z, where o is the wrist centre, and z is
+        the unit vector along y x a, whose length is sin q5.
         """
         d1, _, _, side, d5, d6, right = self.offsets
         arm, _, wrist = configuration.signs
@@ -255,7 +267,7 @@ class OffsetWristArm(FormulaArm):
         swing, swing_bend = (
             rate / wrist,
             change / wrist + 3.0 * (rate / wrist) ** 2,
-        )  # derivatives of z, a normalised vector
+        )  # bounds of the derivatives of z, which is a normalised vector
         d5, beside = abs(self.offsets.d5), self.reach.side * self.reach.side
         speed, bend = pace.speed + d5 * swing, pace.bend + d5 * swing_bend
         return bounds.Clearance(shoulder, *bounds.from_shoulder(self.reach, a, b, speed, bend, h, beside), wrist)

@@ -1,15 +1,15 @@
-"""Solve arms whose axes are all parallel, the SCARA and the planar arms, in closed form.
+"""Solve arms whose axes are all parallel (SCARA and planar arms) in closed form.
 
-Two bars move in the plane perpendicular to the axes. With complex numbers for points of that plane, and 0 for the first
-axis,
+Two bars of lengths l1 and l2, at the angles b1 and b2, move in the plane perpendicular to the axes. Points of this
+plane are complex numbers, and the first axis is at 0:
 
     wrist = l1 exp(i b1) + l2 exp(i b2),     psi = b2 - b1,     cos psi = (|wrist|^2 - l1^2 - l2^2) / (2 l1 l2).
 
 The wrist is the third turning axis, or the flange if there is no such axis. The third turning joint sets the angle of
-the flange, a sliding joint its height; their positions in the chain do not matter.
+the flange, and a sliding joint its height; their order in the chain does not matter.
 
-RIGHTY is the arm whose elbow is to the right of the line from shoulder to wrist, like that of a person's right arm (psi
->= 0); seen from above, or against the direction of a horizontal first axis.
+The arm is RIGHTY if its elbow is to the right of the line from shoulder to wrist (psi >= 0), like that of a person's
+right arm. The view is from above, or against the direction of a horizontal first axis.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ TASKS = {
     (3, 0): ArmTask.PLANE,
     (3, 1): ArmTask.UPRIGHT,
     (2, 1): ArmTask.POSITION,
-}  # turning, sliding joints
+}  # key: number of turning joints, number of sliding joints
 
 
 @dataclass(frozen=True)
 class Bars:
-    """The arm while all joints are 0, in the plane of the first axis (z points up along the axis).
+    """The dimensions of the arm while all joints are 0, in a frame whose z axis is the first axis (`T_plane_base`).
 
-    `turns`, `slides`: the joints that turn and that slide, by index. `signs`: the sense of each joint. `first`,
-    `second`: the two bars; `hand`: from the wrist to the flange [m]. `up`: -1.0 if the first axis points down, else
-    1.0.
+    `turns`, `slides`: the indexes of the joints that turn and of those that slide. `signs`: -1.0 if a joint's positive
+    direction is opposite to the first axis, else 1.0. `first`, `second`: the two bars as complex numbers; `hand`: the
+    vector from the wrist to the flange [m]. `up`: -1.0 if the first axis points down, else 1.0.
     """
 
     T_plane_base: Transform
@@ -66,7 +66,7 @@ class Bars:
 
 
 def bars_of(model: RobotModel) -> Bars | None:
-    """Return the bars of a model with parallel axes; None for other models."""
+    """Return the dimensions of a model whose axes are all parallel; None for other models."""
     kinds = model.units.kinds
     turns = tuple(i for i, kind in enumerate(kinds) if kind is JointKind.REVOLUTE)
     slides = tuple(i for i, kind in enumerate(kinds) if kind is JointKind.PRISMATIC)
@@ -77,7 +77,7 @@ def bars_of(model: RobotModel) -> Bars | None:
     z = start.direction
     T_plane_base = inverse(frame(any_normal(z), z, start.point))
     if any(max(map(abs, rotate(T_plane_base, axis.direction)[:2])) >= EXACT for axis in axes):
-        return None  # the axes are not parallel
+        return None  # not all axes are parallel
     flange = compose(T_plane_base, link_frames(model, (0.0,) * model.joint_count)[-1])
     turning = (axes[i] for i in turns)
     across = [compose(T_plane_base, frame(any_normal(a.direction), a.direction, a.point)) for a in turning]
@@ -107,11 +107,11 @@ STEPS = (
     "m",
     "t",
     "first",
-)  # variables of a branch, as `render/symbols.py` shows them
+)  # variables of the formula in `make_branch` that `render/symbols.py` shows to users
 
 
 class ParallelAxesArm(FormulaArm):
-    """An arm with parallel axes. See `arm.RobotArm`."""
+    """An arm whose axes are all parallel. The methods are those of `arm.RobotArm`."""
 
     ways = SIDES
     method = "closed form, all axes parallel"
@@ -134,7 +134,7 @@ class ParallelAxesArm(FormulaArm):
         return dict(zip(("l1", "l2"), self.bars.lengths, strict=True))
 
     def elbow(self, q: Joints) -> float:
-        """Return psi, the angle of the second bar against the first [rad]."""
+        """Return psi, the angle from the first bar to the second [rad]."""
         joint = self.bars.turns[1]
         return self.bars.signs[joint] * q[joint] + self.bars.bearings[1] - self.bars.bearings[0]
 
@@ -153,7 +153,7 @@ class ParallelAxesArm(FormulaArm):
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
         return self.reach.refusal(self.clearance(T, configuration), "the wrist", hint)
 
-    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (the same for both)
+    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (same in both)
         square = abs(complex(*self.wrist(T)[:2])) ** 2
         return Clearance(outer=self.reach.outer - square, inner=square - self.reach.inner)
 
@@ -174,8 +174,8 @@ class ParallelAxesArm(FormulaArm):
 
 
 def make_wrist(bars: Bars) -> Callable[[Transform], tuple[float, float, float, float]]:
-    """Return a function of T_base_flange. It returns the end of the second bar in the plane of the arm (x, y) [m], the
-    angle of the flange from its angle while all joints are 0 [rad], and its rise from there [m].
+    """Return a function of T_base_flange. It returns the end of the second bar in the plane of the arm (x, y) [m], and
+    the angle [rad] and height [m] of the flange, measured from its pose while all joints are 0.
     """
     plane, zero, turns = bars.T_plane_base, bars.flange, len(bars.turns) > 2
     hx, hy = bars.hand.real, bars.hand.imag
@@ -184,7 +184,7 @@ def make_wrist(bars: Bars) -> Callable[[Transform], tuple[float, float, float, f
         nx, sx, ax, px, ny, sy, ay, py, _, _, _, pz = compose(plane, T)
         across = ny * zero.nx + sy * zero.sx + ay * zero.ax - (nx * zero.ny + sx * zero.sy + ax * zero.ay)
         ahead = nx * zero.nx + sx * zero.sx + ax * zero.ax + (ny * zero.ny + sy * zero.sy + ay * zero.ay)
-        turn = atan2(across, ahead) if turns else 0.0 * px  # a rotation about z: R = Rz(turn) R_zero
+        turn = atan2(across, ahead) if turns else 0.0 * px  # the flange only rotates about z: R = Rz(turn) R_zero
         c, s = cos(turn), sin(turn)
         return px - (hx * c - hy * s), py - (hx * s + hy * c), turn, pz - zero.pz
 
@@ -192,7 +192,10 @@ def make_wrist(bars: Bars) -> Callable[[Transform], tuple[float, float, float, f
 
 
 def make_branch(bars: Bars, wrist: Callable[[Transform], tuple[float, float, float, float]]) -> Branch:
-    """Return the inverse of one branch: each joint that turns on the turn nearest to `near`, ignoring the limits."""
+    """Return the formula of inverse kinematics: a function of a pose, a configuration and `near` that ignores the
+    limits, and adds whole turns to bring each turning joint nearest to `near`. `wrist`: the function that `make_wrist`
+    returns.
+    """
     (l1, l2), (b1, b2), up, most = bars.lengths, bars.bearings, bars.up, 1.0 + BOUNDARY
     i1, i2, i3 = (*bars.turns, bars.turns[1])[:3]
     s1, s2, s3, s4 = (bars.signs[i] for i in (i1, i2, i3, (*bars.slides, i1)[0]))
@@ -208,7 +211,8 @@ def make_branch(bars: Bars, wrist: Callable[[Transform], tuple[float, float, flo
         psi = acos(k if -1.0 < k < 1.0 else copysign(1.0, k)) * arm
         m, t = l1 + l2 * cos(psi), l2 * sin(psi)
         first = atan2(y, x) - atan2(t, m)
-        q1 = s1 * (first - b1) if far > SINGULAR else near[i1]  # on its axis, joint 1 keeps its value
+        # if the wrist is on axis 1, joint 1 may have any value and keeps its own
+        q1 = s1 * (first - b1) if far > SINGULAR else near[i1]
         q2 = s2 * (psi - b2 + b1)
         q3 = nearest_turn(s3 * (turn - s1 * q1 - s2 * q2), near[i3])
         joints: Joints = in_order((nearest_turn(q1, near[i1]), nearest_turn(q2, near[i2]), q3, s4 * rise))
@@ -218,16 +222,19 @@ def make_branch(bars: Bars, wrist: Callable[[Transform], tuple[float, float, flo
 
 
 def joints_in_order(bars: Bars) -> Callable[[tuple[float, ...]], Joints]:
-    """Return a function that puts the values of three turns and of the slide into the order of the arm's joints."""
+    """Return a function that takes the values of three turning joints and of the sliding joint, and returns those that
+    the arm has in the order of its joints.
+    """
     places = dict(zip(bars.turns, range(3), strict=False)) | dict.fromkeys(bars.slides, 3)
     return itemgetter(*(places[i] for i in range(len(places))))
 
 
 def make_rates(bars: Bars) -> Callable[[Joints, Twist, Transform], Joints | None]:
-    """Return a function of joints, twist and tool that returns the joint rates [rad/s, m/s], or None.
+    """Return a function of joints, twist and T_flange_tool that returns the joint rates [rad/s, m/s], or None.
 
-    It returns None near a singular pose, and for a tip beside the wrist if the arm does not choose the turn of its
-    tool. Both bars turn and move the wrist: v = i (w1 bar1 + w2 bar2), with complex numbers for vectors in the plane.
+    It returns None near a singular pose, and for a tool whose tip is beside the wrist if the arm has no third turning
+    joint. The angular velocities w1 and w2 of the bars give the wrist the velocity v = i (w1 bar1 + w2 bar2), with
+    complex numbers for vectors in the plane.
     """
     (l1, l2), (b1, b2), plane, flange = bars.lengths, bars.bearings, bars.T_plane_base, bars.flange
     level = at_position(plane, 0.0, 0.0, 0.0) == IDENTITY
@@ -235,7 +242,8 @@ def make_rates(bars: Bars) -> Callable[[Joints, Twist, Transform], Joints | None
     third, signs = (*i3, i2)[0], bars.signs
     s1, s2, s3, s4 = signs[i1], signs[i2], signs[third], signs[(*bars.slides, i1)[0]]
     in_order = joints_in_order(bars)
-    near = 1e-3 * l1 * l2  # minimum distance from the singularity for rates in closed form
+    # [m2] if |bar1 x bar2| is smaller, the arm is too near to its singularity for the closed form
+    near = 1e-3 * l1 * l2
 
     def rates(q: Joints, twist: Twist, T_flange_tool: Transform) -> Joints | None:
         px, py, pz = T_flange_tool[3], T_flange_tool[7], T_flange_tool[11]

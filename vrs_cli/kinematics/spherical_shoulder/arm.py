@@ -1,4 +1,4 @@
-"""Solve seven joints with a spherical shoulder in closed form, for a chosen value of joint 7.
+"""Solve arms with seven joints and a spherical shoulder in closed form, for a chosen value of joint 7.
 
     i   theta   d     a    alpha
     1   q1      d1    0    -90 deg
@@ -9,21 +9,22 @@
     6   q6      0     a6   +90
     7   q7      d7    0      0
 
-Axes 1 to 3 meet in the shoulder, axes 5 and 6 in the wrist: the arms of Franka (a3 = -a4, a6), the xArm 7, and arms
-whose wrist is spherical too, such as the iiwa (a3 = a4 = a6 = 0). Source: He and Liu, "Analytical Inverse Kinematics
+Axes 1 to 3 meet in the shoulder, axes 5 and 6 in the wrist. Such arms are those of Franka (a3 = -a4, a6), the xArm 7,
+and arms with a spherical wrist, such as the iiwa (a3 = a4 = a6 = 0). Source: He and Liu, "Analytical Inverse Kinematics
 for Franka Emika Panda" (2021), with joint 7 as the redundant angle.
 
 The pose and joint 7 determine the axes x6, z6 and z7 and the wrist. Let r be the vector from the shoulder to the wrist.
-Its length gives joint 4, in two ways. Then r = m x4 + length z5, with z5 the axis of the forearm. z5 is perpendicular
-to z6, so the equation r . z5 = length gives joint 6, in two ways: r . x5 = m cos q5 may have either sign. Joints 1 and
-2 turn z3 into the direction of the upper arm, in two ways.
+Its length gives two values of joint 4. Then r = m x4 + length z5, with z5 the axis of the forearm. As z5 is
+perpendicular to z6, the equation r . z5 = length gives two values of joint 6, one for each sign of r . x5 = m cos q5.
+Joints 1 and 2 bring z3 to the direction of the upper arm, with two solutions.
 
-A pose is solved for values of joint 7 on a grid around its present value, and then more finely around the best one. For
-a pose close to the present pose the numerical search is tried first; it moves joint 7 no farther than needed. It also
-solves singular poses (the arm is stretched, or joint 2 is at 0), in which no branch exists.
+A pose is solved for values of joint 7 on a grid around its current value, and then on a finer grid around the best
+value. For a pose close to the current pose the numerical search is tried first; it moves joint 7 no farther than
+needed. It also solves singular poses (arm stretched, or joint 2 at 0), for which the closed form has no solution.
 
-On straight lines joint 7 is not prescribed: the joints follow the guides of `numeric.arm`, by Newton's method. On two
-in five random lines of 200 mm two of the eight branches come so close that the line has no smooth motion of joint 7.
+On straight lines the closed form is not used: the guides of `numeric.arm` determine all joints, by Newton's method. The
+reason is that on two in five random lines of 200 mm two of the eight solutions come so close to each other that no
+smooth motion of joint 7 follows the line.
 """
 
 from __future__ import annotations
@@ -42,28 +43,33 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.batch import NumericBatch
 
 ALPHAS = (-0.5 * pi, 0.5 * pi, 0.5 * pi, -0.5 * pi, 0.5 * pi, 0.5 * pi)
-VERTICAL = 1e-4  # sine of joint 2 below which axes 1 and 3 count as coincident
-STEPS = (0.5, 0.02)  # [rad] steps of joint 7 between tries; the fine step is used if the coarse step finds nothing
-CLOSE = 0.3  # [m, rad] maximum distance from the present pose at which a search finds a near solution
-HALVINGS = 5  # number of halvings of a step around the best try
+VERTICAL = 1e-4  # if |sin q2| is smaller, axes 1 and 3 count as coincident, and the closed form gives no solution
+# [rad] coarse and fine step of the grid of joint 7; the fine grid is tried if the coarse one gives no solution
+STEPS = (0.5, 0.02)
+CLOSE = 0.3  # [m, rad] for a pose closer than this to the current pose, the numerical search is tried first
+HALVINGS = 5  # number of times the grid step is halved to refine the best value of joint 7
 
 
 def has_spherical_shoulder(links: Sequence[Link]) -> bool:
-    """Return whether the axes of shoulder and wrist meet, for links with these alphas."""
+    """Return whether axes 1 to 3 meet in one point and axes 5 and 6 too, for links with the alphas of the
+    table above.
+    """
     l1, l2, l3, l4, l5, l6, _ = links
     offsets = l1.a, l2.a, l5.a, l2.d, l4.d, l6.d
     return max(map(abs, offsets)) <= EXACT < min(hypot(l3.d, l3.a), hypot(l5.d, l4.a))
 
 
 def make_branches(links: Sequence[Link]) -> Callable[[Transform, float], list[Joints]]:
-    """Return a function of a pose and joint 7: up to eight solutions, on any turns.
+    """Return a function of a pose and the value of joint 7 that returns up to eight solutions, without whole turns
+    added.
 
-    None of them has joints 1 and 3 turning about one axis. `links`: theta is the zero of a joint.
+    It leaves out solutions in which axes 1 and 3 coincide. `links`: the links of the table above, where theta is the
+    offset of a joint's zero.
     """
     z1, z2, z3, z4, z5, z6, z7 = [link.theta for link in links]
     d1, _, d3, _, d5, _, d7 = [link.d for link in links]
     _, _, a3, a4, _, a6, _ = [link.a for link in links]
-    kappa = atan2(d3 * a4 - a3 * d5, d3 * d5 + a3 * a4)  # theta 4 while the arm is stretched
+    kappa = atan2(d3 * a4 - a3 * d5, d3 * d5 + a3 * a4)  # theta of joint 4 at which the arm is stretched
     upper, lower = hypot(d3, a3), hypot(d5, a4)  # distances of axis 4 from the shoulder and from the wrist
     bars, twice = upper * upper + lower * lower, 2.0 * upper * lower
 
@@ -105,7 +111,7 @@ def make_branches(links: Sequence[Link]) -> Callable[[Transform, float], list[Jo
 
 
 class SphericalShoulderArm(NumericArm):
-    """Seven joints with a spherical shoulder. See `arm.RobotArm`."""
+    """An arm with seven joints and a spherical shoulder. The methods are those of `arm.RobotArm`."""
 
     method = "closed form for each value of joint 7"
 
@@ -114,8 +120,8 @@ class SphericalShoulderArm(NumericArm):
         self.links, self.branches_at = links, make_branches(links)
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
-        """Return one solution, with joint 7 near the middle of its range. If no solution is inside the limits, return a
-        solution outside them.
+        """Return one solution, inside the limits if possible, with joint 7 as near to the middle of its range as the
+        coarse grid allows.
         """
         for q7 in self._grid(self.middle[6], STEPS[0]):
             found, time = self._quicker(T, self.middle, q7, self.middle, inf)
@@ -124,8 +130,8 @@ class SphericalShoulderArm(NumericArm):
         return super().branches(T)
 
     def _solutions(self, T: Transform, near: Joints) -> list[Joints]:
-        """Return the solution inside the limits that joints `near` reach soonest; for a close pose, return a solution
-        near `near`.
+        """Return the solution inside the limits that the arm reaches soonest from `near`, in a list; for a pose close
+        to that at `near`, the solution that the numerical search finds from there.
         """
         if self.beyond(T):
             return []
@@ -145,16 +151,16 @@ class SphericalShoulderArm(NumericArm):
         return [] if q is None else [q]
 
     def _grid(self, q7: float, step: float) -> list[float]:
-        """Return values of joint 7 in its range at equal steps from q7, the nearest to q7 first."""
+        """Return the values q7 + k step (k an integer) in the range of joint 7, those nearest to q7 first."""
         low, high = self._limits[6]
         numbers = range(ceil((low - q7) / step), int((high - q7) / step) + 1)
         return sorted([q7 + k * step for k in numbers], key=lambda x: abs(x - q7))
 
     def _quicker(self, T: Transform, near: Joints, q7: float, best: Joints, least: float) -> tuple[Joints, float]:
-        """Return the solution for a value of joint 7 that the arm reaches from `near` in less time than `least`, and
-        its time.
+        """Return the solution with this value of joint 7 that the arm reaches soonest from `near`, and the time it
+        needs [s], if that is less than `least`.
 
-        If there is none, return `best` and `least`: the solution so far and its time.
+        Otherwise return `best` and `least`, the best solution so far and its time.
         """
         if abs(q7 - near[6]) >= least * self.model.max_velocity[6]:
             return best, least
@@ -172,6 +178,6 @@ class SphericalShoulderArm(NumericArm):
 
     @cached_property
     def batch(self) -> NumericBatch:
-        from vrs_cli.kinematics.numeric.batch import NumericBatch  # here because it loads numpy
+        from vrs_cli.kinematics.numeric.batch import NumericBatch  # imported here because it loads numpy
 
         return NumericBatch(self.model, self.unchanging, self.still_joints, self.branches)

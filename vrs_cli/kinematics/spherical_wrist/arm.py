@@ -1,6 +1,6 @@
 """Solve arms with six joints whose last three axes meet in one point, such as the PUMA 560.
 
-Formulas: `spherical_wrist.inverse`.
+The formulas are explained in `spherical_wrist.inverse`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _new = tuple.__new__
 
 
 class SphericalWristArm(FormulaArm):
-    """Six joints with a spherical wrist. See `arm.RobotArm`."""
+    """An arm with six joints and a spherical wrist. The methods are those of `arm.RobotArm`."""
 
     ways = ALL
     method = "closed form, spherical wrist"
@@ -100,10 +100,10 @@ class SphericalWristArm(FormulaArm):
             outer = inner = bounds.UNKNOWN
         if turns is None or outer <= 0.0 or inner <= 0.0:
             return bounds.Clearance(shoulder, outer, inner, bounds.UNKNOWN)
-        # joints 2 and 3 turn the bars a2 and forearm: their rates give the velocity of the wrist centre, and the
-        # derivatives of the rates give its acceleration
+        # joints 2 and 3 turn the upper arm a2 and the forearm: bounds of the wrist centre's velocity and acceleration
+        # give bounds of the bars' turning rates and accelerations
         fold = bars.fold(outer, inner)
-        upper, fore = speed / (bars.upper * fold), speed / (bars.fore * fold)  # maximum rates of both bars
+        upper, fore = speed / (bars.upper * fold), speed / (bars.fore * fold)  # maximum turning rates of both bars
         fore_bend = (bend + bars.upper * upper * upper + bars.fore * fore * fore) / (bars.fore * fold)
         spin = hypot(turns.rate, fore)  # maximum turning rate of the forearm, about two perpendicular axes
         swing = turns.bend + fore_bend + turns.rate * fore + spin * spin
@@ -124,14 +124,14 @@ class SphericalWristArm(FormulaArm):
         T_flange_tool: Transform = IDENTITY,
         demands: Demands = (),  # noqa: ARG002 (no redundant joints)
     ) -> Joints:
-        """Return joint rates [rad/s] that give the tool this twist.
+        """Return the joint rates [rad/s] that give the tool this twist.
 
-        In a singular pose a twist without motion in the lost direction is solved with joint 1, 3 or 4 at rest; any
-        other twist raises StraightLineSingular with the singularity. Near a singular pose the rates are large: compare
-        them with the limits.
+        In a singular pose the tool cannot move in one direction (the lost direction). A twist without this component is
+        solved with joint 1, 3 or 4 at rest; any other twist raises StraightLineSingular with the name of the
+        singularity. Near a singular pose the rates are large, so callers must compare them with the limits.
 
-        Joints 1 to 3 move the wrist centre, and the wrist turns the hand about it, so the 6x6 Jacobian splits into
-        three small Jacobians (Hollerbach and Sahar 1983), each with its own singularity:
+        Joints 1 to 3 move the wrist centre, and joints 4 to 6 turn the hand about it. So the 6x6 Jacobian splits into
+        three small systems (Hollerbach and Sahar 1983), each with its own singularity:
 
             shoulder    wrist centre in the plane through the axis of joint 1        u = 0
             elbow       arm stretched or folded flat                                 sin psi = 0
@@ -149,8 +149,9 @@ class SphericalWristArm(FormulaArm):
         x, y = c4 * s5, s4 * s5
         e = c23 * x + s23 * c5
         tx, ty, tz = T_flange_tool[3], T_flange_tool[7], d6 + T_flange_tool[11]
-        rx, ry, rz = tz * (c1 * e - s1 * y), tz * (s1 * e + c1 * y), tz * (c23 * c5 - s23 * x)  # from wrist to tool
-        if tx or ty:  # the tool is not on the axis of joint 6
+        # vector from the wrist centre to the tool's tip
+        rx, ry, rz = tz * (c1 * e - s1 * y), tz * (s1 * e + c1 * y), tz * (c23 * c5 - s23 * x)
+        if tx or ty:  # the tip is not on the axis of joint 6
             c6, s6 = cos(q6), sin(q6)
             along, across = c6 * tx - s6 * ty, s6 * tx + c6 * ty
             x, y = c4 * c5 * along - s4 * across, s4 * c5 * along + c4 * across
@@ -164,7 +165,7 @@ class SphericalWristArm(FormulaArm):
         y = vy - wz * rx + wx * rz
         out, across, down = c1 * x + s1 * y, c1 * y - s1 * x, wx * ry - wy * rx - vz
         turn = c1 * wx + s1 * wy
-        # the turn of the hand, about the axes of frame 3
+        # angular velocity of the hand, in the axes of frame 3
         x, y, z = c23 * turn - s23 * wz, c1 * wy - s1 * wx, s23 * turn + c23 * wz
         if u > bounds.SINGULAR or u < -bounds.SINGULAR:
             qd1 = across / u
@@ -173,7 +174,7 @@ class SphericalWristArm(FormulaArm):
         else:
             raise _singular("shoulder", "the wrist is above or below the axis of joint 1")
         out += side * qd1
-        stretch = uu * fv - uv * fu  # a2 forearm sin psi
+        stretch = uu * fv - uv * fu  # equals a2 forearm sin psi; 0 if the arm is stretched or folded
         if abs(stretch) > bounds.SINGULAR * a2 * forearm:
             qd2 = (out * fu + down * fv) / stretch
             qd23 = -(out * uu + down * uv) / stretch
@@ -183,7 +184,7 @@ class SphericalWristArm(FormulaArm):
             if reach < bounds.SINGULAR or abs(out * h + down * v) > AT_REST * reach:
                 raise _singular("elbow", "the arm is stretched or folded flat")
             qd2 = qd23 = (down * h - out * v) / (reach * reach)
-        # the part of the turn that the wrist has to make
+        # subtract the part of the angular velocity that joints 1 to 3 make; the wrist must make the rest
         x += s23 * qd1
         y -= qd23
         z -= c23 * qd1
@@ -192,8 +193,8 @@ class SphericalWristArm(FormulaArm):
         if s5 > bounds.ON_BOUNDARY or s5 < -bounds.ON_BOUNDARY:
             qd6 = lost / s5
             return qd1, qd2, qd23 - qd2, z - c5 * qd6, qd5, qd6
-        # A vector this short has no direction, so joint 4 is at rest. A turn in the lost direction is refused, because
-        # it would need a jump of the joints.
+        # at a singular wrist joint 4 stays at rest; an angular velocity in the lost direction is refused, because
+        # joints 4 and 6 would have to jump
         if -bounds.SINGULAR <= s5 <= bounds.SINGULAR and not -AT_REST < lost < AT_REST:
             raise _singular("wrist", "the axes of joints 4 and 6 are in one line")
         return qd1, qd2, qd23 - qd2, 0.0, qd5, z / c5
@@ -211,13 +212,15 @@ class SphericalWristArm(FormulaArm):
 
     @cached_property
     def batch(self) -> SerialBatch:
-        from vrs_cli.kinematics.serial_batch import WristBatch  # here because it loads numpy
+        from vrs_cli.kinematics.serial_batch import WristBatch  # imported here because it loads numpy
 
         return WristBatch(self.model, ALL, self.unchanging, over_arrays(self.formula))
 
 
 def make_forward(geometry: inverse.Geometry) -> Callable[[Joints], Transform]:
-    """Return T_base_flange(q) in closed form, for an arm with a spherical wrist."""
+    """Return a function that computes T_base_flange from joints, for an arm with a spherical wrist; it is faster than
+    the generated code.
+    """
     d1, a1, a2, a3, d4, d6, side, _, _ = geometry
 
     def forward(q: Joints) -> Transform:
@@ -228,8 +231,8 @@ def make_forward(geometry: inverse.Geometry) -> Callable[[Joints], Transform]:
         c4, s4 = cos(q4), sin(q4)
         c5, s5 = cos(q5), sin(q5)
         c6, s6 = cos(q6), sin(q6)
-        # approach a and x axis n in frame 3, then turned by q23 in the arm's plane, then by q1 about the
-        # waist
+        # compute the axes a and n in frame 3, then rotate them by q23 in the plane of the arm, and by q1 about the
+        # vertical
         x, y = c4 * s5, s4 * s5
         e = c23 * x + s23 * c5
         ax, ay = c1 * e - s1 * y, s1 * e + c1 * y

@@ -1,4 +1,4 @@
-"""The geometry and the inverse kinematics of an articulated arm with a spherical wrist, on plain floats.
+"""The geometry and the inverse kinematics of an articulated arm with a spherical wrist, for plain floats.
 
     i   theta   d     a    alpha
     1   q1      d1    a1   -90 deg
@@ -8,23 +8,23 @@
     5   q5      0     0    +90
     6   q6      d6    0      0
 
-The closed form is in the vertical plane of the arm, in which frame 1 lies. The wrist centre is at (h, v) from joint 2,
-h outward and v DOWN, and at w = d2 + d3 to the side. In the base frame it is at
+The closed form is derived in the vertical plane of the arm, which contains the x and y axes of frame 1. The wrist
+centre is at (h, v) from joint 2, h outward and v DOWN, and w = d2 + d3 to the side. In the base frame it is at
 
     (c1 u - s1 w,  s1 u + c1 w,  d1 - v),      u = a1 + h.
 
-Upper arm a2 and forearm (a3, d4), one bar of length `forearm` at the angle psi = q3 - beta to the upper arm,
-give
+The upper arm is a bar of length a2. The forearm (a3, d4) is a bar of length `forearm`, at the angle psi = q3 - beta to
+the upper arm. So
 
     (h, v) = Rot(q2) (a2 + forearm cos psi,  forearm sin psi),      beta = atan2(d4, a3).
 
-Source: Lee and Ziegler (1984); Fu, Gonzalez and Lee, "Robotics" (1987), sections 2.2 and 2.3; the wrist as in
-Paul (1981). Signs of the configurations: ARM = -sign(u), ELBOW = -ARM sign(sin psi), WRIST = sign(sin q5). This holds
-for w > 0 and an arm that stands upright; for other arms some words are exchanged (`swapped_words`).
+Source: Lee and Ziegler (1984); Fu, Gonzalez and Lee, "Robotics" (1987), sections 2.2 and 2.3; the wrist as in Paul
+(1981). Signs of the configurations: ARM = -sign(u), ELBOW = -ARM sign(sin psi), WRIST = sign(sin q5). This is valid for
+w > 0 and an upright arm; for other arms some words are swapped with the other word of their pair (`swapped_words`).
 
-The inverse needs no sine or cosine of a joint. It computes their ratios from the location, and each angle from a ratio
-by one atan2. Joint 6 follows from joint 4, and not from the third row of the rotation as in textbooks: near a singular
-wrist that row is noise, and only together are both joints right to the last bit.
+The inverse needs no sine or cosine of a joint: it computes the ratio of both from the location, and each angle from
+this ratio by one atan2. Joint 6 is computed from joint 4, not from the third row of the rotation as in textbooks. Near
+a singular wrist this row is rounding noise; computed from joint 4, joint 6 corrects its error exactly.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ ALPHAS = (-pi / 2, 0.0, pi / 2, -pi / 2, pi / 2, 0.0)
 
 
 class Geometry(NamedTuple):
-    """Lengths [m], and beta [rad]."""
+    """The constants of the closed form: lengths [m], and the angle beta [rad]."""
 
     d1: float
     a1: float
@@ -51,13 +51,13 @@ class Geometry(NamedTuple):
     a3: float
     d4: float
     d6: float
-    side: float  # w, the distance of the arm's plane from the axis of joint 1
+    side: float  # w, the distance of the plane of the arm from the axis of joint 1
     forearm: float
     beta: float
 
 
 def geometry_of(model: RobotModel) -> Geometry | None:
-    """Return the constants of a model with a spherical wrist and these alphas; None for other models."""
+    """Return the constants of a model whose links fit the table above; None for other models."""
     turns = all(link.kind is JointKind.REVOLUTE and link.theta == 0.0 for link in model.links)
     if model.joint_count != 6 or not turns or (model.base, model.flange) != (IDENTITY, IDENTITY):
         return None
@@ -85,9 +85,11 @@ def geometry_of(model: RobotModel) -> Geometry | None:
 
 
 def swapped_words(geometry: Geometry, *, down: bool, folded: bool) -> int:
-    """Return the words that this geometry swaps with the other of their pair, as bits of `Configuration.index`.
+    """Return for which words (of arm, elbow and wrist) the sign formulas above give the other word of the pair, as bits
+    of `Configuration.index`.
 
-    `down`: axis 1 points down. `folded`: the hand points back to the elbow while joint 5 of the formulas is 0.
+    `down`: whether axis 1 points down. `folded`: whether the hand points back to the elbow while joint 5 of the
+    formulas is 0.
     """
     if abs(geometry.side) > EXACT:
         left = (geometry.side < 0.0) != down
@@ -99,8 +101,8 @@ def swapped_words(geometry: Geometry, *, down: bool, folded: bool) -> int:
 
 
 def configuration_of(geometry: Geometry, q: Joints) -> Configuration:
-    """Return the configuration of the joints; on a border (within rounding), the configuration with the first word of
-    the pair.
+    """Return the configuration to which joints belong. If they are on a border within rounding, return the
+    configuration with the first word of the pair.
     """
     _, _, _, a3, d4, _, _, forearm, _ = geometry
     _, _, q3, _, q5, _ = q
@@ -112,17 +114,19 @@ def configuration_of(geometry: Geometry, q: Joints) -> Configuration:
 
 
 def outward(geometry: Geometry, q: Joints) -> float:
-    """Return u, the distance of the wrist centre from axis 1, in the arm's plane [m]."""
+    """Return u, the signed distance of the wrist centre from axis 1 in the plane of the arm [m]."""
     _, a1, a2, a3, d4, _, _, _, _ = geometry
     _, q2, q3, *_ = q
     return a1 + a2 * cos(q2) + a3 * cos(q2 + q3) + d4 * sin(q2 + q3)
 
 
-ON_AXIS = SINGULAR * SINGULAR  # [m2] maximum squared distance of a point on an axis
+ON_AXIS = SINGULAR * SINGULAR  # [m2] a point with a smaller squared distance from an axis counts as on the axis
 
 
 def flipped_wrist(q4: float, q5: float, q6: float, bends: bool) -> tuple[float, float, float]:
-    """Return joints 4 to 6 of FLIP for joints 4 to 6 of NOFLIP; at a singular wrist both are the same."""
+    """Convert joints 4 to 6 of NOFLIP to those of FLIP. `bends`: whether joint 5 is not straight; at a straight
+    (singular) wrist both are the same.
+    """
     if bends:
         q4 = q4 - pi if q4 > 0.0 else q4 + pi
         q5 = -q5
@@ -130,17 +134,18 @@ def flipped_wrist(q4: float, q5: float, q6: float, bends: bool) -> tuple[float, 
     return q4, q5, q6
 
 
-STEPS = (  # variables of a branch, as `render/symbols.py` shows them
+STEPS = (  # variables of the formula in `make_branch` that `render/symbols.py` shows to users
     *("arm", "elbow", "wrist", "x", "y", "v", "u2", "u", "h", "k"),
     *("q1", "psi", "q3", "m", "t", "q2", "X", "Y", "Z", "s5", "q4", "q5", "q6"),
 )
 
 
 def make_branch(geometry: Geometry) -> Branch:
-    """Return the inverse of one branch: each joint on the turn nearest to `near`, ignoring the limits.
+    """Return the formula of inverse kinematics: a function of a pose, a configuration and `near` that ignores the
+    limits, and adds whole turns to bring each joint nearest to `near`.
 
-    None if the pose is out of reach. At a singular wrist joint 4 keeps its value in `near`, and joint 6 makes the rest
-    of the turn.
+    The function returns None if the pose is out of reach. At a singular wrist joint 4 keeps its value in `near`, and
+    joint 6 is set accordingly.
     """
     d1, a1, a2, a3, d4, d6, side, forearm, beta = geometry
     side2 = side * side
@@ -165,7 +170,7 @@ def make_branch(geometry: Geometry) -> Branch:
         if k >= most or k <= -most or rho == 0.0:
             return None
         cosine = k if -1.0 < k < 1.0 else copysign(1.0, k)
-        beside = across > ON_AXIS  # on its axis, joint 1 keeps its value
+        beside = across > ON_AXIS  # if the wrist centre is on axis 1 (False), joint 1 keeps its value
         c1 = (u * x + side * y) / across if beside else cos(near[0])
         s1 = (u * y - side * x) / across if beside else sin(near[0])
         m, rise, angle = a2 + forearm * cosine, forearm * sqrt((1.0 - cosine) * (1.0 + cosine)), acos(cosine)
@@ -176,25 +181,27 @@ def make_branch(geometry: Geometry) -> Branch:
         q3 = beta + psi
         fh, fv = h - a2 * c2, v - a2 * s2
         c23, s23 = f3 * fh - f4 * fv, f4 * fh + f3 * fv
-        aH, aY = c1 * ax + s1 * ay, c1 * ay - s1 * ax  # the axes of the hand, outward and across in the arm's plane
+        # components of the hand's axes a, n and s, outward in and perpendicular to the plane of the arm
+        aH, aY = c1 * ax + s1 * ay, c1 * ay - s1 * ax
         nH, nY, sH, sY = c1 * nx + s1 * ny, c1 * ny - s1 * nx, c1 * sx + s1 * sy, c1 * sy - s1 * sx
         aX, nX, sX = c23 * aH - s23 * az, c23 * nH - s23 * nz, c23 * sH - s23 * sz
         s5 = sqrt(aX * aX + aY * aY)
         X, Y, Z = wrist * aX, wrist * aY, s23 * aH + c23 * az
-        bends = s5 > ON_BOUNDARY  # at a singular wrist, joint 4 keeps its value
+        bends = s5 > ON_BOUNDARY  # if the wrist is singular (False), joint 4 keeps its value
         c4 = X if bends else cos(near[3])
         s4 = Y if bends else sin(near[3])
         q4 = atan2(Y, X) if bends else near[3]
         q5 = atan2(wrist * (s5 if bends else c4 * X + s4 * Y), Z)
         q6 = atan2(c4 * nY - s4 * nX, c4 * sY - s4 * sX)
         found = q1, q2, q3, q4, q5, q6
-        return found if dist(found, near) < pi else six_turned_near(found, near)  # no joint is half a turn away
+        # if the distance is below pi, every joint is within half a turn
+        return found if dist(found, near) < pi else six_turned_near(found, near)
 
     return branch
 
 
 def make_within(lower: Joints, upper: Joints) -> Callable[[Joints], bool]:
-    """Return a function that returns whether six joints are all between two ends, without any tolerance."""
+    """Return a function that checks whether six joints are all between `lower` and `upper`, without a tolerance."""
     low1, low2, low3, low4, low5, low6 = lower
     high1, high2, high3, high4, high5, high6 = upper
 
@@ -213,13 +220,14 @@ def make_within(lower: Joints, upper: Joints) -> Callable[[Joints], bool]:
 
 
 CIRCLE_ALPHAS = (-pi / 2, 0.0, pi / 2, None, None)
-SKEW = 0.1  # minimum sine of an angle between axes of the wrist
+SKEW = 0.1  # minimum sine of the angle between neighbouring wrist axes for the search of `wrist_circle`
 
 
 class Circle(NamedTuple):
-    """An arm whose wrist centre moves on a circle as joint 6 turns; lengths [m], angles [rad].
+    """The constants of an arm whose wrist (the point where axes 4 and 5 meet) moves on a circle as joint 6 turns while
+    the flange stays; lengths [m], angles [rad].
 
-    `arm`: joints 1 to 3, with the wrist where axes 4 and 5 meet.
+    `arm`: the geometry of joints 1 to 3, with this point as the wrist centre.
     """
 
     arm: Geometry
@@ -230,14 +238,16 @@ class Circle(NamedTuple):
 
     @property
     def straight(self) -> float:
-        """Return a positive number if z3 and z5 point in similar directions at q5 = 0, a negative number if they are
-        opposite.
+        """Return a positive number if z3 and z5 point in similar directions at q5 = 0, a negative number if they point
+        in opposite directions.
         """
         return -sin(self.alpha4) * sin(self.alpha5)
 
 
 def circle_of(model: RobotModel) -> Circle | None:
-    """Return the constants of a model whose first axes have CIRCLE_ALPHAS; None for other models."""
+    """Return the constants of a model whose first alphas are CIRCLE_ALPHAS; None if other link parameters
+    do not fit.
+    """
     l1, l2, l3, l4, l5, _ = model.links
     forearm = hypot(l3.a, l4.d)
     if abs(l4.a) > EXACT or min(l2.a, forearm) <= EXACT or min(abs(sin(l4.alpha)), abs(sin(l5.alpha))) < SKEW:

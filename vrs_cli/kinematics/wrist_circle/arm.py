@@ -1,4 +1,4 @@
-"""Find all solutions of six joints whose wrist is not one point, by a search along the circle of the wrist.
+"""Find all solutions of arms with six joints whose wrist axes do not meet in one point, by a search over joint 6.
 
     i   theta   d     a    alpha
     1   q1      d1    a1   -90 deg
@@ -10,19 +10,19 @@
 
 Axes 4 and 5 meet, and axis 6 passes beside that point (or is not perpendicular): the Fanuc CRX (d5), the ABB GoFa and
 the xArm 6 (a5), the Jaco (d5, alpha4 and alpha5 of 55 or 60 deg). There is no closed form, but only one unknown to
-search: as joint 6 turns, the point where axes 4 and 5 meet goes round a circle, and for each place on it joints 1 to 3
-follow as those of a spherical wrist do, in up to four ways. The axis z3 of the forearm and the axis z4 must then be
-alpha4 apart:
+search. For a given pose, as joint 6 turns, the point where axes 4 and 5 meet moves on a circle. For each point of the
+circle joints 1 to 3 are computed as for an arm with a spherical wrist, with up to four solutions. The angle between the
+axis z3 of the forearm and the axis z4 must then be alpha4:
 
     f(q6) = z3 . z4 - cos alpha4 = 0,
 
-a function for each of the four ways, which meet in pairs where the arm is stretched or its shoulder turns over. There
-are up to 16 solutions. Each shows as a change of sign, or as a place where f comes near 0 and turns back, on a grid of
-joint 6; Newton's method over all joints makes it exact.
+one function f for each of the four solutions; two of these functions meet where the arm is stretched or the wrist is as
+near to axis 1 as it can be. There are up to 16 solutions of the whole arm. On a grid of joint 6 each shows as a change
+of the sign of f, or as a point where f comes near 0 and turns back; Newton's method over all joints makes it exact.
 
-The point where axes 4 and 5 meet is the wrist for the configuration words; the hand points along the forearm if axis 6
-is nearest to the direction of axis 4. Two solutions may have the same words. Words may change on a straight line,
-because their borders are not singular.
+For the configuration words, the wrist is the point where axes 4 and 5 meet, and the hand points along the forearm if
+axis 6 is as close as possible to the direction of axis 4. Two solutions may have the same words. The words may change
+on a straight line, because poses on the border between two words are not singular.
 """
 
 from __future__ import annotations
@@ -40,13 +40,14 @@ from vrs_cli.kinematics.transform import Transform
 if TYPE_CHECKING:
     from vrs_cli.kinematics.wrist_circle.batch import WristCircleBatch
 
-REMEMBERED = 64  # number of poses with cached solutions
+REMEMBERED = 64  # number of poses whose solutions are cached
 
 
 class WristCircleArm(NumericArm):
-    """Six joints with a wrist circle. See `arm.RobotArm`; `swapped` as in `forms.MappedArm`.
+    """An arm with six joints whose wrist moves on a circle as joint 6 turns. The methods are those of `arm.RobotArm`.
+    `swapped`: the words that are swapped with the other word of their pair, as bits of `Configuration.index`.
 
-    A line continues from joints to near joints, also if their configuration words differ.
+    On a straight line the arm always takes the nearest joints, even if their configuration words change.
     """
 
     ways = ALL
@@ -65,7 +66,9 @@ class WristCircleArm(NumericArm):
         return tuple([self._best(T, way) for way in self.ways])
 
     def _best(self, T: Transform, way: Configuration) -> Joints | None:
-        """Return a solution with these words: one inside the limits, and nearest to the middle of the ranges."""
+        """Return the best solution in the configuration `way`: inside the limits if possible, then nearest to the
+        middle of the ranges; None if there is none.
+        """
         found = (q for q in self.solutions(T) if self.configuration(q) == way)
         return min(found, key=lambda q: (bool(self._outside(q)), self.shortest_time(self.middle, q)), default=None)
 
@@ -81,7 +84,7 @@ class WristCircleArm(NumericArm):
         )
 
     def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:
-        """Return the solution nearest to `near` that has the words in `asked`."""
+        """Return the solution that the arm reaches soonest from `near`, among those that have the words in `asked`."""
         self.check_task(T)
         wanted = tuple([way for way in self.ways if way.has(asked)])
         found = self._inside_limits(T, wanted, near)
@@ -104,6 +107,6 @@ class WristCircleArm(NumericArm):
 
     @cached_property
     def batch(self) -> WristCircleBatch:
-        from vrs_cli.kinematics.wrist_circle.batch import WristCircleBatch  # here because it loads numpy
+        from vrs_cli.kinematics.wrist_circle.batch import WristCircleBatch  # imported here because it loads numpy
 
         return WristCircleBatch(self.model, self.unchanging, self.chain, self.circle, self.configuration)

@@ -1,8 +1,8 @@
-"""Search the wrist's circle for many poses at once (formulas and names: `wrist_circle.arm`).
+"""Search joint 6 for many poses at once (`wrist_circle.arm` explains the formulas and names).
 
-A grid of joint 6 shows changes of sign. Places that the grid may step over are searched again with a finer grid: where
-f comes near 0 and turns back, where the circle enters or leaves the reach or nearly does, and where joint 1 turns
-quickly, as it does where the circle passes next to its axis.
+A grid of joint 6 shows where f changes its sign. Intervals in which the grid may miss a solution are searched again
+with a finer grid: where f comes near 0 and turns back, where the circle of the wrist enters or leaves the reach (or
+nearly does), and where joint 1 turns quickly because the circle passes close to axis 1.
 """
 
 from __future__ import annotations
@@ -22,18 +22,22 @@ from vrs_cli.kinematics.numeric.batch import NumericBatch
 from vrs_cli.kinematics.spherical_wrist.inverse import Circle
 from vrs_cli.kinematics.transform import Transform, inverse
 
-GRID = 96  # number of values of joint 6 in a turn
-CLOSER = 16  # number of pieces of an interval that is searched again
-LOOKS, MORE = 2, 4  # number of grids before solutions are taken; maximum number after that, for quick joints 1
-QUICK = 0.1  # minimum sine of half the turn of joint 1 between neighbours that counts as quick
-NEAR = 0.1  # maximum |f| and `beyond` near a solution
-FOUR = np.array(((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)))  # signs of shoulder and fold
+GRID = 96  # number of grid intervals of joint 6 in a whole turn
+CLOSER = 16  # number of pieces into which an interval is divided to be searched again
+# number of grids before solutions are collected; maximum number of further grids where joint 1 turns quickly
+LOOKS, MORE = 2, 4
+QUICK = 0.1  # joint 1 turns quickly if the sine of half its change between neighbouring grid values is larger
+NEAR = 0.1  # joints count as near a solution if |f| and `beyond` are smaller
+# signs of u and of psi in the four solutions of joints 1 to 3
+FOUR = np.array(((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)))
 
 Indices = NDArray[np.intp]
 
 
 class Arcs(NamedTuple):
-    """Parts of circles (K,): the number of the pose, one of the four ways, and an interval of joint 6 [rad]."""
+    """Parts of wrist circles (K,): the index of the pose, which of the four solutions of joints 1 to 3, and an interval
+    of joint 6 [rad].
+    """
 
     rows: Indices
     ways: Indices
@@ -42,14 +46,16 @@ class Arcs(NamedTuple):
 
 
 class SearchPlaces:
-    """The arm at values of joint 6 (K, M), for K poses, each in one way of joints 1 to 3.
+    """The arm at M values of joint 6 for each of K poses, each with one of the four solutions of joints 1 to 3.
 
-    `beyond`: how far the wrist is out of reach there, at most 0 in reach; f and joints are then those of the stretched
-    arm.
+    `beyond`: how far the wrist is out of reach (at most 0 if it is in reach). Out of reach, f and the joints are those
+    of the arm at the limit of its reach.
     """
 
     def __init__(self, circle: Circle, T: Floats, ways: Indices, q6: Floats) -> None:
-        """Compute f and joints 1 to 3 for poses T (K, 3, 4) of frame 6."""
+        """Compute f and joints 1 to 3 for poses T (K, 3, 4) of frame 6 and values q6 (K, M) of joint 6. `ways`: which
+        of the four solutions (K,).
+        """
         g, self.q6 = circle.arm, q6
         n, s, a = (T[:, None, :, k] for k in range(3))
         c6, s6 = np.cos(q6)[..., None], np.sin(q6)[..., None]
@@ -78,7 +84,7 @@ class SearchPlaces:
         self._sense = sin(circle.alpha4)
 
     def joints(self) -> Floats:
-        """Return all joints (K, M, 6)."""
+        """Return all six joints (K, M, 6)."""
         x4 = self._sense * np.cross(self.z3, self.z4)
         y4 = np.cross(self.z4, x4)
         q4 = np.arctan2((x4 * self.y3).sum(axis=-1), (x4 * self.x3).sum(axis=-1))
@@ -87,10 +93,13 @@ class SearchPlaces:
 
 
 def near_solutions(circle: Circle, T: Floats) -> tuple[Floats, Indices]:
-    """Return joints (K, 6), at least one near each solution of the poses (N, 3, 4), and their pose indexes (K,)."""
+    """Return start joints for Newton's method (K, 6), at least one near each solution for the poses (N, 3, 4), and the
+    index of the pose of each (K,).
+    """
     count, step = len(T), 2.0 * pi / GRID
     rows, ways = (part.ravel() for part in np.indices((count, len(FOUR))))
-    ends = np.full(len(rows), pi + step)  # one step more than a whole turn at either end
+    # half a turn to either side, and one grid step more, so that solutions at +-180 deg have neighbours
+    ends = np.full(len(rows), pi + step)
     arcs, pieces = Arcs(rows, ways, -ends, ends), GRID + 2
     for _ in range(LOOKS):
         arcs, pieces = _closer(circle, T, arcs, pieces), CLOSER
@@ -109,7 +118,9 @@ def near_solutions(circle: Circle, T: Floats) -> tuple[Floats, Indices]:
 
 
 def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
-    """Return the pieces of arcs on which f changes its sign, joint 1 turns quickly, or a finer grid is needed."""
+    """Divide each arc into pieces, and return those that may contain a solution: f changes its sign there, joint 1
+    turns quickly, or f or `beyond` may reach 0 between grid values.
+    """
     q6 = arcs.begin[:, None] + (arcs.end - arcs.begin)[:, None] * np.linspace(0.0, 1.0, pieces + 1)
     at = SearchPlaces(circle, T[arcs.rows], arcs.ways, q6)
     inside, positive = at.beyond <= 0.0, at.f > 0.0
@@ -117,14 +128,14 @@ def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
     k, j = np.nonzero(inside[:, 1:] & inside[:, :-1] & ((positive[:, 1:] != positive[:, :-1]) | quick))
     a, b, c = (np.where(inside, np.abs(at.f), np.inf)[:, k : k + pieces - 1] for k in range(3))
     same = (positive[:, 1:-1] == positive[:, 2:]) & (positive[:, 1:-1] == positive[:, :-2])
-    # three neighbours on the same side of 0: f may reach 0 between them if the middle one is nearest
+    # three neighbouring values of f with the same sign: f may reach 0 between them if the middle value is nearest to 0
     with np.errstate(invalid="ignore"):
         turns = same & (b <= a) & (b <= c) & (b < a - 2.0 * b + c) & (c < np.inf) & (a < np.inf)
     turns &= ~(quick[:, 1:] & quick[:, :-1])
-    middle = inside[:, 1:-1]  # one of three neighbours is in reach and another is not
+    middle = inside[:, 1:-1]  # of three neighbours some are in reach and some are not
     edges = (middle != inside[:, 2:]) | (middle != inside[:, :-2])
     a, b, c = at.beyond[:, :-2], at.beyond[:, 1:-1], at.beyond[:, 2:]
-    # three neighbours: the circle may enter or leave the reach between them
+    # three neighbouring values of `beyond`: it may reach 0 between them if the middle value is nearest to 0
     turns_at_0 = ((b - a) * (b - c) >= 0.0) & (np.abs(b) < np.abs(a - 2.0 * b + c))
     d, i = np.nonzero(edges | turns | turns_at_0)
     both, begin, end = np.concatenate((k, d)), np.concatenate((j, i)), np.concatenate((j + 1, i + 2))
@@ -132,16 +143,16 @@ def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
 
 
 def _quick(q1: Floats) -> Flags:
-    """Return whether joint 1 turns far between neighbours: (K, M) to (K, M - 1)."""
+    """Return whether joint 1 (K, M) turns quickly between neighbouring grid values (K, M - 1)."""
     return np.asarray(np.abs(np.sin(0.5 * np.diff(q1))) > QUICK)
 
 
-POSES = 64  # number of poses searched at once: they stay in the processor's cache
-STEPS = 12  # number of Newton's steps from joints near a solution
+POSES = 64  # number of poses searched at once, so that the data fits into the processor's cache
+STEPS = 12  # number of steps of Newton's method from joints near a solution
 
 
 class WristCircleBatch(NumericBatch):
-    """`WristCircleArm` over arrays; `inverse` and `inverse_branch` choose from `all_solutions`."""
+    """The functions of `WristCircleArm` for arrays; `inverse` and `inverse_branch` choose from `all_solutions`."""
 
     def __init__(
         self,
@@ -158,7 +169,9 @@ class WristCircleBatch(NumericBatch):
         self.middle = (self.lower + self.upper) / 2
 
     def all_solutions(self, T: Floats) -> tuple[Floats, Indices]:
-        """Return all solutions (K, 6) of poses (N, 3, 4), ignoring the limits, and the pose of each (K,), in order."""
+        """Return all solutions (K, 6) for poses (N, 3, 4), ignoring the limits, and the index of the pose of each (K,),
+        in ascending order.
+        """
         found, rows = list[Floats](), list[Indices]()
         for begin in range(0, len(T), POSES):
             q, row = self._solutions(T[begin : begin + POSES])
@@ -174,34 +187,38 @@ class WristCircleBatch(NumericBatch):
         there = there[np.argsort(rows[there], kind="stable")]
         q, rows = q[there], rows[there]
         q = self.turned_near(q, self.middle)
-        first = np.ones(len(q), dtype=np.bool_)  # whether a solution is the first of equal ones
+        first = np.ones(len(q), dtype=np.bool_)  # marks the first of several equal solutions
         for apart in range(1, len(q)):
             same_pose = rows[apart:] == rows[:-apart]
             if not same_pose.any():
                 break
             turn = np.abs(np.sin((q[apart:] - q[:-apart]) / 2.0)).max(axis=1)
-            first[apart:] &= ~(same_pose & (turn < 1e-5))  # [rad] solutions closer than this are equal
+            first[apart:] &= ~(same_pose & (turn < 1e-5))  # [rad] solutions closer than this to each other are equal
         return q[first], rows[first]
 
     def solutions_of(self, T: Transform) -> tuple[Joints, ...]:
-        """Return all solutions of one pose, ignoring the limits, on the turns nearest to the middles of the ranges."""
+        """Return all solutions for one pose, ignoring the limits; whole turns bring the joints nearest to the middles
+        of their ranges.
+        """
         q, _ = self.all_solutions(np.reshape(T, (1, 3, 4)))
         return tuple(map(tuple, q.tolist()))
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        """Return for each configuration a solution inside the limits, and nearest to the middle of the ranges."""
+        """Return for each configuration the best solution: inside the limits if possible, then nearest to the middle of
+        the ranges. The shapes are those of `SerialBatch.inverse`.
+        """
         _, every, inside = self.every_inverse(T)
         return every[:, : len(self.ways)], inside[:, : len(self.ways)]
 
     def every_inverse(self, T: Floats) -> tuple[tuple[Configuration, ...], Floats, Flags]:
-        """Return all solutions (N, m 8, 6), NaN if there are fewer: the best of each configuration, then the second
-        best.
+        """Return all solutions (N, 8 m, 6) for m solutions per configuration: the best of each configuration, then the
+        second best, and so on; NaN where there are fewer.
         """
         q, rows = self.all_solutions(T)
         words = rows * len(self.ways) + self._indices(q)
         order = np.lexsort((self._duration(q, self.middle), ~self.inside(q), words))
         q, words = q[order], words[order]
-        better = np.arange(len(q)) - np.searchsorted(words, words)  # number of better ones with the same words
+        better = np.arange(len(q)) - np.searchsorted(words, words)  # number of better solutions with the same words
         every = np.full((len(T), max(better, default=0) + 1, len(self.ways), self.joints), np.nan)
         every[words // len(self.ways), better, words % len(self.ways)] = q
         every = every.reshape(len(T), -1, self.joints)
@@ -221,9 +238,9 @@ class WristCircleBatch(NumericBatch):
         return best
 
     def _indices(self, q: Floats) -> Indices:
-        """Return the indexes in ALL of the configurations of joints (K, 6)."""
+        """Return for each row of joints (K, 6) the index in ALL of its configuration."""
         return np.array([self.configuration(tuple(row)).index for row in q.tolist()], dtype=np.intp)
 
     def _duration(self, q: Floats, near: Floats) -> Floats:
-        """Return `RobotArm.shortest_time` of rows (K, 6) [s]."""
+        """Return `RobotArm.shortest_time` from `near` to each row of joints (K, 6) [s]."""
         return np.asarray((np.abs(q - near) / np.array(self.model.max_velocity)).max(axis=-1))

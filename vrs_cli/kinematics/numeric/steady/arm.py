@@ -1,8 +1,8 @@
-"""Solve an arm of four or five joints: with the exact position of the tool and the nearest possible orientation
-(`conditions`).
+"""Solve arms of four or five joints that reach the position of the tool exactly, and its orientation as closely as
+possible (formulas: `conditions`).
 
-The desired orientation may be impossible, but the desired pose still determines the joints. So joint velocities depend
-on the desired pose as well as on the actual pose.
+Even if the desired orientation is impossible, the desired pose determines the joints. So joint velocities depend on the
+desired pose as well as on the actual pose.
 """
 
 from __future__ import annotations
@@ -22,11 +22,14 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compo
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch, SteadyContinuation
 
-SAME_TURN = 1e-5  # [rad] missing turns this close count as equal: the arm takes the joints reached sooner
+# [rad] rotation errors that differ by less count as equal; the arm then takes the joints that it reaches sooner
+SAME_TURN = 1e-5
 
 
 class SteadyArm(RobotArm):
-    """An arm of four or five joints. See `arm.RobotArm`; it has one configuration, without words."""
+    """An arm of four or five joints with the task STEADY. It has one configuration, without words. The methods are
+    those of `arm.RobotArm`.
+    """
 
     seed_step = 0.1
     method = "damped least squares within the limits, the tool turned as nearly as can be"
@@ -43,7 +46,7 @@ class SteadyArm(RobotArm):
 
     @cached_property
     def unchanging(self) -> Unchanging:
-        """Return no forbidden parts: the arm comes as close to any orientation as it can."""
+        """Return an `Unchanging` that allows every pose, because the arm accepts orientations that it cannot reach."""
         return Unchanging()
 
     def check_tool(self, T_flange_tool: Transform) -> None:
@@ -51,7 +54,7 @@ class SteadyArm(RobotArm):
 
     @cached_property
     def batch(self) -> SteadyBatch:
-        from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch  # here because it loads numpy
+        from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch  # imported here because it loads numpy
 
         return SteadyBatch(self.model, self.unchanging, self.tool)
 
@@ -73,13 +76,13 @@ class SteadyArm(RobotArm):
         return self.batch.within_ranges(T, near)
 
     def missing_turn(self, q: Joints, T: Transform) -> float:
-        from vrs_cli.kinematics.numeric.steady.conditions import Way  # here because it loads numpy
+        from vrs_cli.kinematics.numeric.steady.conditions import Way  # imported here because it loads numpy
 
         return float(Way(self.batch.conditions, q, T).at.angle[0])
 
     def _least(self, T: Transform, near: Joints) -> Joints | None:
-        """Return the joints with the least missing turn within the limits, and among equal solutions those that are
-        reached soonest.
+        """Return the joints within the limits that have the least rotation error; among equal errors those that the arm
+        reaches soonest from `near`. Return None if no joints reach the position.
         """
         found = self.batch.least_turns(T, near)
         turned_near = [(q, turned) for solved, turned in found if (q := self._inside(solved, near)) is not None]
@@ -88,7 +91,9 @@ class SteadyArm(RobotArm):
         return min(near_least, key=partial(self.shortest_time, near), default=None)
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
-        """Return the error for a location that is out of the range of a joint, or out of reach."""
+        """Return the error for a location that cannot be reached: a joint would be out of its range, or the location is
+        too far away.
+        """
         found = self.batch.without_limits(T, near)
         if found:
             best = self._best_turns(found[0][0])
@@ -96,7 +101,9 @@ class SteadyArm(RobotArm):
         return self._out_of_reach(T, self.ways[0], "")
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
-        """Return the error for the tip of the tool, because the flange's position is not prescribed."""
+        """Return the error for a pose out of reach, with the distance of the tool's tip, because only the tip's
+        position is prescribed.
+        """
         start, (most, *_) = levers(self.model)
         tip, most = position(compose(T, self.tool)), most + length(position(self.tool))
         far = dist(tip, start)
@@ -131,7 +138,8 @@ class SteadyArm(RobotArm):
     def rates_on(
         self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform, order: int
     ) -> tuple[Joints, ...]:
-        from vrs_cli.kinematics.numeric.steady.conditions import CannotFollow, Way  # here because it loads numpy
+        # imported here because it loads numpy
+        from vrs_cli.kinematics.numeric.steady.conditions import CannotFollow, Way
 
         try:
             return Way(self.holding(T_flange_tool).batch.conditions, q, poses(0.0)).rates(twist, poses, order)
@@ -141,8 +149,10 @@ class SteadyArm(RobotArm):
     # --- singularity -----------------------------------------------------------------------------------------
 
     def freedom(self, q: Joints) -> float:
-        """Return how well the joints move the tip, times how well they turn the tool with the tip at rest."""
-        from vrs_cli.kinematics.numeric.steady.conditions import Way  # here because it loads numpy
+        """Return how well the joints move the tip, times how well they turn the tool while the tip is at rest (see
+        `Way.freedom`).
+        """
+        from vrs_cli.kinematics.numeric.steady.conditions import Way  # imported here because it loads numpy
 
         return Way(self.batch.conditions, q, self.forward(q)).freedom
 

@@ -1,27 +1,27 @@
-"""Search many poses of a steady arm at once, and prove that its joints are continuous along a path.
+"""Search the joints for many poses of a `SteadyArm` at once, and prove that the joints are continuous along a path.
 
-A search is sequential quadratic programming (Nocedal and Wright, "Numerical Optimization", 2006, chapter 18). Each step
-goes to the minimum of a quadratic model of 1 - cos phi among the joints that reach the position (to first order) and
-are within the limits; no joint moves farther than a radius. Joints at a limit are left out of the multipliers, so that
-the multipliers are those of the side of the box on which the search continues; there it also converges quadratically. A
-search that turns back takes shorter steps.
+The search is sequential quadratic programming (Nocedal and Wright, "Numerical Optimization", 2006, chapter 18). Each
+step goes to the minimum of a quadratic model of 1 - cos phi, where phi is the rotation error, among the joints that
+reach the position (to first order) and are within the limits; no joint moves farther than a radius. These bounds form a
+box. The multipliers are computed without the joints that are at a limit, so that the search also converges
+quadratically along a side of the box. A search whose steps reverse direction takes shorter steps.
 
-The minimum of the model is inside the box, on one of its sides (one joint is at an end of its range), or on a corner
-(two joints are). There are few sides and corners, so the search computes the minimum on each of them. This finds the
-minimum also if the function does not bend upwards, and needs no steps from side to side (16.8 of the same book, for
-more than two variables).
+The minimum of the model is inside the box, on one of its sides (one joint at a bound), or on a corner (two joints at a
+bound). There are few sides and corners, so the search computes the minimum on each of them. This also finds the minimum
+if the function is not convex, and needs no iteration from side to side as in 16.8 of the same book.
 
-The proof is that of `numeric.batch` with other unknowns, joints and multipliers x = (q, l); F is the residual of
+The proof is that of `numeric.batch`, but its unknowns are joints and multipliers, x = (q, l), and F is the residual of
 the conditions (`conditions`). F is the gradient of
 
     G(q, l) = l . (p(q) - p) + 1 - cos phi,   cos phi = (trace(W^T R) - 1) / 2,
 
-so derivatives of the second part by joints are at most 1 each, because half the trace of a product of rotations and
-cross product matrices of unit axes is (they have rank 2), and those of the first part are at most the lever of the last
-of these joints, times the length of l. F is evaluated on the cubic c(x) at the ends of pieces. F and its slope are 0 at
-both samples, so its second derivative is at most 1/12 of its fourth (the remainder of Hermite's interpolation), and
-between the ends of a piece of g of the gap F is at most g2 / 96 of that from the chord. The second derivative of F'
-bounds F' between them likewise. As F' is regular on the whole path, the missing turn stays a local minimum.
+Derivatives by joints of the second part, 1 - cos phi, are at most 1 each, because half the trace of a product of
+rotations and cross-product matrices of unit axes (which have rank 2) is at most 1. Those of the first part are at most
+the lever of the last of these joints, times the length of l. F is evaluated on the cubic c(x) at the ends of pieces. F
+and its slope are 0 at both samples, so its second derivative is at most 1/12 of its fourth (the remainder of Hermite's
+interpolation). So on a piece that is the fraction g of a gap, F differs from its chord by at most g2 / 96 of its fourth
+derivative. In the same way the second derivative of F' bounds F' on the piece. As F' is regular on the whole path, the
+rotation error stays a local minimum.
 """
 
 from __future__ import annotations
@@ -54,31 +54,34 @@ from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform, length, position
 
 STEPS = 25  # maximum number of steps of a search; nearly all searches end sooner
-FOLLOWING = 12  # maximum number of steps of Newton's method from near joints
-SETTLED = 1e-7  # [rad, m] after a smaller step a further step would only be rounding
-THERE, TURNED = 1e-10, 5e-10  # [m, rad] allowed error of a pose; in singular joints steps shrink slowly
-BRANCH = 0.5  # [rad, m] solutions farther from the near joints are on another branch
+FOLLOWING = 12  # maximum number of steps of Newton's method from the joints `near` in `inverse_branch`
+SETTLED = 1e-7  # [rad, m] a search has converged if its step is smaller
+# [m, rad] a pose counts as reached exactly within these errors, even if steps are still larger than SETTLED
+THERE, TURNED = 1e-10, 5e-10
+BRANCH = 0.5  # [rad, m] solutions farther from the joints `near` count as those of another branch
 ROUNDING = 1e-12  # [rad, m] a joint closer to a limit counts as at the limit
 POSES = 64  # number of poses that are searched at once
-DAMPING = 1e-13  # [m2, rad2] damping of steps towards a position, which matters in singular joints only
-NEARER, WAITS = 0.7, 5  # required factor of improvement; number of steps without it after which a search is given up
-LONGER, SHORTER = 1.5, 0.5  # factors of the radius after a step in the same direction and after a step back
-FAR = 0.05  # [rad] with a larger missing turn a search ends if another search for the same pose has succeeded
-ALIKE = 0.03  # [rad, m] searches for one pose whose joints are this close will continue alike
-MERGED = 6, 3  # first step after which such searches are merged, and number of steps between merges
-FLAT = 1e-12  # smaller bends and determinants count as 0
-OVER = 1e-9  # [rad, m] a step may leave the box by rounding
+DAMPING = 1e-13  # [m2, rad2] damping of steps towards a position; it has an effect only in singular poses
+NEARER, WAITS = 0.7, 5  # a search is given up after WAITS steps that do not reduce the distance by the factor NEARER
+# factors of the radius after a step in the same direction, and after a step that reverses the direction
+LONGER, SHORTER = 1.5, 0.5
+FAR = 0.05  # [rad] a search with a larger rotation error ends if another search has reached the same pose exactly
+# [rad, m] searches for the same pose whose joints come this close are merged, because they would end alike
+ALIKE = 0.03
+MERGED = 6, 3  # number of steps before searches are first merged, and between later merges
+FLAT = 1e-12  # smaller second derivatives, squared lengths and determinants count as 0
+OVER = 1e-9  # [rad, m] a step that leaves the box by less than this counts as inside (rounding)
 
 
 class Found(NamedTuple):
-    """Joints (N, n), NaN if there are none, and their missing turns (N,) [rad]."""
+    """The results of searches: joints (N, n), NaN if a search failed, and their rotation errors (N,) [rad]."""
 
     joints: Floats
     turned: Floats
 
 
 class SteadyBatch(SerialBatch):
-    """`SteadyArm` over arrays. Rows that do not converge are NaN."""
+    """The functions of `SteadyArm` for arrays. Joints are NaN in rows whose search does not converge."""
 
     def __init__(self, model: RobotModel, unchanging: Unchanging, T_flange_tool: Transform) -> None:
         super().__init__(model, (NONE,), unchanging)
@@ -87,7 +90,9 @@ class SteadyBatch(SerialBatch):
         self._planar = PlanarStarts(self, self.conditions.tip) if is_planar(self) else None
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        """Return for each pose the joints with the least missing turn from all starts, within the limits."""
+        """Search each pose from all starts, and return the joints within the limits that have the least
+        rotation error.
+        """
         q = np.full((len(T), self.joints), np.nan)
         for first in range(0, len(T), POSES):
             pose, found = self._search_all(T[first : first + POSES])
@@ -97,19 +102,22 @@ class SteadyBatch(SerialBatch):
         return q[:, None], self.inside(q)[:, None]
 
     def least_turns(self, T: Transform, near: Joints) -> list[tuple[Joints, float]]:
-        """Return joints within the limits for one pose, from all starts and from `near`, with their missing turns."""
+        """Search one pose from all starts and from `near`. Return the joints found within the limits, with their
+        rotation errors [rad].
+        """
         return _joints_and_turns(self._search_all(np.reshape(T, (1, 3, 4)), near)[1])
 
     def without_limits(self, T: Transform, near: Joints) -> list[tuple[Joints, float]]:
-        """Return `least_turns` of the first starts, ignoring the limits."""
+        """Return the same as `least_turns`, but search only from the first starts and ignore the limits."""
         pose, begin, bounded = self._first_starts(np.reshape(T, (1, 3, 4)), near)
         return _joints_and_turns(self.search(np.reshape(T, (1, 3, 4))[pose], begin, bounded & False, pose=pose))
 
     def _search_all(self, T: Floats, near: Joints | None = None) -> tuple[Rows, Found]:
-        """Search poses (N, 3, 4) within the limits; return the number of the pose of each result, and the results.
+        """Search poses (N, 3, 4) from all starts (and from `near`) within the limits. Return the index of the pose of
+        each result, and the results.
 
-        If the starts are samples, and no search from the first samples reaches the pose exactly, also search from other
-        samples.
+        If the starts of a pose are samples, and no search from the first samples reaches the pose exactly, further
+        samples are searched too.
         """
         pose, begin, bounded = self._first_starts(T, near)
         found = self._within_limits(self.search(T[pose], begin, bounded, pose=pose))
@@ -124,10 +132,11 @@ class SteadyBatch(SerialBatch):
         return np.concatenate((pose, again)), Found(*map(np.concatenate, zip(found, more, strict=True)))
 
     def _first_starts(self, T: Floats, near: Joints | None) -> tuple[Rows, Floats, Flags]:
-        """Return the number of the pose of each start (k,), its joints (k, n), and whether it has limits (k,).
+        """Return k start joints: the index of the pose of each (k,), the joints (k, n), and whether to search within
+        the limits (k,).
 
-        A place that is out of reach has no starts. Samples start without limits too: more of these searches arrive, and
-        a whole turn may bring a joint back inside its limits.
+        A position that is out of reach has no starts. From samples, searches without limits are made too: more of them
+        converge, and whole turns may bring the joints back inside their limits.
         """
         pose, begin, bounded = list[int](), list[Floats](), list[bool]()
         for i, wanted in enumerate(T):
@@ -144,14 +153,16 @@ class SteadyBatch(SerialBatch):
         return SampledStarts(self, self.conditions.tip)
 
     def _within_limits(self, found: Found) -> Found:
-        """Return the results within the limits, on the turns nearest to the middles of the ranges."""
+        """Add whole turns that bring the results nearest to the middles of the ranges, and discard those outside the
+        limits: NaN joints, and an infinite rotation error.
+        """
         joints = self.turned_near(found.joints, self.middle)
         inside = self.inside(joints)
         return Found(np.where(inside[:, None], joints, np.nan), np.where(inside, found.turned, np.inf))
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
-        """Return the joints near `near` that solve each pose, ignoring the limits, by Newton's method, else by a
-        downhill search.
+        """Return the joints near `near` that solve each pose, ignoring the limits. Newton's method is tried first, then
+        a descent search.
         """
         conditions, near = self.conditions, np.broadcast_to(near, (len(T), self.joints))
         q = near.copy()
@@ -180,20 +191,22 @@ class SteadyBatch(SerialBatch):
         return found
 
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
-        """Return the joints with the least missing turn, searched downhill from `near` within the limits."""
+        """Return the joints with a locally least rotation error, found by a descent search from `near` within the
+        limits; None if it fails.
+        """
         found = self.search(np.reshape(T, (1, 3, 4)), np.array([near]), np.array([True])).joints[0].tolist()
         return None if isnan(found[0]) else tuple(found)
 
     def follow(self, T: Transform, near: Joints) -> Joints | None:
-        """Return `inverse_branch` of one pose."""
+        """Return the result of `inverse_branch` for one pose; None if it fails."""
         q = self.inverse_branch(np.reshape(T, (1, 3, 4)), NONE, np.array(near))[0].tolist()
         return None if isnan(q[0]) else tuple(q)
 
     def search(self, T: Floats, near: Floats, bounded: Flags, *, steps: int = STEPS, pose: Rows | None = None) -> Found:
-        """Search joints for poses (N, 3, 4) downhill from starts (N, n), to the least missing turn.
+        """Search joints for poses (N, 3, 4) by descent from starts (N, n) to a locally least rotation error.
 
-        `bounded` (N,): the searches that stay within the limits. `pose` (N,): the number of the pose of each search; if
-        searches for one pose meet, only one of them continues.
+        `bounded` (N,): which searches stay within the limits. `pose` (N,): the index of the pose of each search; if
+        searches for the same pose meet, only one of them continues.
         """
         lower, upper = (
             np.where(bounded[:, None], end, far) for end, far in ((self.lower, -np.inf), (self.upper, np.inf))
@@ -226,7 +239,7 @@ class SteadyBatch(SerialBatch):
             shorter, longer = SHORTER * np.minimum(radius[rows], size), np.minimum(LONGER * radius[rows], LARGEST_STEP)
             radius[rows], before[rows] = np.where(back, shorter, longer), step
             ended = done | settled | (waited[rows] > WAITS)
-            if pose is not None:  # if a pose is reached exactly, searches far from it are not needed
+            if pose is not None:  # after a search has reached a pose exactly, end the searches that are far from it
                 had = pose[rows[done & bounded[rows] & (turned < STRAIGHT)]]
                 ended |= np.isin(pose[rows], had) & (turned > FAR)
             rows = rows[~ended]
@@ -236,8 +249,8 @@ class SteadyBatch(SerialBatch):
         return found
 
     def _downhill(self, at: Terms, held: Flags, low: Floats, high: Floats) -> Floats:
-        """Return steps (N, n) to the minimum of the model between `low` and `high`. `held`: joints that are at a
-        limit.
+        """Return the steps (N, n) to the minimum of the quadratic model. `low`, `high`: bounds of the steps. `held`:
+        which joints are at a limit.
         """
         conditions, place = self.conditions, at.place
         radius = np.maximum(high, -low).max(axis=1)
@@ -248,23 +261,26 @@ class SteadyBatch(SerialBatch):
         ways = np.zeros((len(place), self.joints, 2))
         ways[:, :, : self.joints - PLACES] = np.linalg.qr(place, mode="complete")[0][
             :, :, PLACES:
-        ]  # directions of joint motion that keep the position
+        ]  # directions of joint motion that keep the tip's position
         bent = bend @ ways
         curve = np.swapaxes(ways, 1, 2) @ bent
-        curve[:, 1, 1] += self.joints - PLACES < 2  # an arm of four joints has one direction
+        # an arm of four joints has only one such direction: keep the matrix regular
+        curve[:, 1, 1] += self.joints - PLACES < 2
         pull = (at.turn @ at.sine[:, :, None])[:, :, 0]
         slope = (np.swapaxes(bent, 1, 2) @ to_place[:, :, None] - np.swapaxes(ways, 1, 2) @ pull[:, :, None])[:, :, 0]
         return np.clip(to_place + least_in_box(ways, slope, curve, low - to_place, high - to_place), low, high)
 
     def _newton_step(self, at: Terms, bend: Floats) -> tuple[Floats, Floats]:
-        """Return Newton's step (N, n) to where the conditions hold, and the multipliers there (N, 3)."""
+        """Return the step of Newton's method (N, n) towards joints that satisfy the conditions, and the multipliers
+        there (N, 3).
+        """
         conditions, n = self.conditions, self.joints
         wanted = np.concatenate(((at.turn @ at.sine[:, :, None])[:, :, 0], at.away), axis=1)
         table = conditions.system(at, bend)
         table[:, n:, n:] -= 1e-13 * np.eye(PLACES)  # keeps the matrix regular if no joint changes the position
         try:
             solved = np.linalg.solve(table, wanted[:, :, None])[:, :, 0]
-        except np.linalg.LinAlgError:  # at least one row is singular
+        except np.linalg.LinAlgError:  # at least one matrix is singular
             solved = (np.linalg.pinv(table) @ wanted[:, :, None])[:, :, 0]
         return np.asarray(solved[:, :n]), np.asarray(solved[:, n:])
 
@@ -278,17 +294,18 @@ def _joints_and_turns(found: Found) -> list[tuple[Joints, float]]:
 
 
 def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floats) -> Floats:
-    """Return steps (N, n) of the joints to the minimum of slope . z + z . bend z / 2, with low <= ways z <= high.
+    """Minimise slope . z + z . bend z / 2 for two variables z, with low <= ways z <= high. Return the steps ways z of
+    the joints (N, n).
 
-    `ways` (N, n, 2): the change of the joints by the two variables z. If no step stays in the box, return the step that
-    leaves the box by the smallest distance.
+    `ways` (N, n, 2): the change of the joints by z. `low`, `high` (N, n): the box of allowed steps. If no step stays in
+    the box, return the step that leaves it by the smallest distance.
     """
     determinant = bend[:, 0, 0] * bend[:, 1, 1] - bend[:, 0, 1] ** 2
     upwards = (determinant > FLAT) & (bend[:, 0, 0] > 0.0)
     x = bend[:, 0, 1] * slope[:, 1] - bend[:, 1, 1] * slope[:, 0]
     y = bend[:, 0, 1] * slope[:, 0] - bend[:, 0, 0] * slope[:, 1]
     z = np.stack((x, y), axis=1) / np.where(upwards, determinant, np.nan)[:, None]
-    step = np.asarray((ways @ z[:, :, None])[:, :, 0])  # step to where the slope is 0; NaN if that is not a minimum
+    step = np.asarray((ways @ z[:, :, None])[:, :, 0])  # step to where the gradient is 0; NaN if that is not a minimum
     rows = np.flatnonzero(~(_over(step, low, high) <= OVER))
     if len(rows):
         step[rows] = _on_sides(*(some[rows] for some in (ways, slope, bend, low, high, step)))
@@ -296,14 +313,16 @@ def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: F
 
 
 def _over(step: Floats, low: Floats, high: Floats) -> Floats:
-    """Return the greatest distance by which steps (..., n) leave the box."""
+    """Return for each step (..., n) the greatest distance by which a component leaves the box (...);
+    negative inside.
+    """
     return np.asarray(np.maximum(step - high, low - step).max(axis=-1))
 
 
 def _on_sides(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floats, inside: Floats) -> Floats:
-    """Return the best steps (N, n) among the steps to sides and corners and the steps inside the box."""
-    ends = np.stack((low, high), axis=2)  # both limits of each joint's step (N, n, 2)
-    # The variables with two joints at ends: (N, 2 n (n - 1), 2)
+    """Return the best steps (N, n) among those to the sides and corners of the box and the steps `inside`."""
+    ends = np.stack((low, high), axis=2)  # both bounds of each joint's step (N, n, 2)
+    # compute the variables z at the corners, where two joints are at a bound: (N, 2 n (n - 1), 2)
     first, second = np.array(list(combinations(range(ways.shape[1]), 2))).T
     a, b = ways[:, first], ways[:, second]
     determinant = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
@@ -325,7 +344,9 @@ def _on_sides(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floa
 
 
 def _least_on_sides(ways: Floats, slope: Floats, bend: Floats, ends: Floats) -> Floats:
-    """Return the variables that minimise the model with one joint at an end: (N, 2 n, 2)."""
+    """Return the variables z (N, 2 n, 2) that minimise the model on each side of the box, where one joint is at a
+    bound.
+    """
     size = (ways * ways).sum(axis=2)
     foot = (ways / np.where(size > FLAT, size, np.nan)[:, :, None])[:, :, None] * ends[..., None]  # (N, n, 2, 2)
     along = np.stack((-ways[:, :, 1], ways[:, :, 0]), axis=2)
@@ -336,36 +357,41 @@ def _least_on_sides(ways: Floats, slope: Floats, bend: Floats, ends: Floats) -> 
     return np.asarray((foot + part[..., None] * along[:, :, None]).reshape(len(ways), -1, 2))
 
 
-CHORD = 1.0 / 96.0  # maximum distance of F from its chord on a gap of one piece, as a fraction of its fourth derivative
-AROUND = 0.5  # maximum distance from the cubic of the multipliers that solve F
-BLOCKS = 1.155  # bound of the bilinear part of a third derivative on unit vectors
+# maximum difference between F and its chord on a gap that is not divided, as a fraction of F's fourth derivative
+CHORD = 1.0 / 96.0
+AROUND = 0.5  # the proof is valid for solutions whose multipliers are at most this far from the cubic
+# bound, for unit vectors, of the third derivative's part that is bilinear in joints and linear in multipliers
+BLOCKS = 1.155
 PROOF_ROUNDING = 1e-12
 
 
 class SteadyGaps(NamedTuple):
-    """The gaps between neighbouring samples. Derivatives are by the fraction of the time between the samples.
+    """k gaps: the intervals between neighbouring samples of a path. All derivatives are by the fraction of the time
+    between the samples, 0 to 1.
 
-    `poses`: a function of the numbers of gaps and of fractions (m,) of their time that returns the desired poses of the
-    flange (k, m, 3, 4).
+    `which`: the indexes of the gaps. `poses`: a function of indexes of gaps (k,) and of fractions of their time (m,)
+    that returns the desired poses of the flange (k, m, 3, 4).
     """
 
     which: Rows
-    begin: Floats  # joints at the start of each gap (k, n)
+    begin: Floats  # joints at the start of each gap (k, n); `end`: at its end
     end: Floats
-    twists: Floats  # twists of the tool at both ends (k, 2, 6), by the fraction of the time
+    twists: Floats  # twists of the tool at both ends (k, 2, 6), per gap instead of per second
     place: Floats  # (k,) bounds of the fourth derivative of the desired position [m]
-    turn: Floats  # (k, 4) bounds of the first four derivatives of the angles of the desired turn, summed [rad]
+    turn: Floats  # (k, 4) bounds of the first four derivatives of the desired rotation's angles, added up [rad]
     poses: Callable[[Rows, Floats], Floats]
 
     def some(self, which: Rows) -> SteadyGaps:
-        """Return the gaps with the given numbers."""
+        """Return the subset of the gaps (intervals between samples) at the given positions."""
         numbers, *rows = self[:-1]
         begin, end, twists, place, turn = (row[which] for row in rows)
         return SteadyGaps(numbers[which], begin, end, twists, place, turn, self.poses)
 
 
 class SteadyContinuation:
-    """The proof for one arm and one position of the tip. `sure` as in `numeric.batch`."""
+    """Proves for one arm and one position of the tip in the flange's frame that joints are continuous between samples.
+    `sure` is 0: for no distance of start joints is Newton's method certain to converge, so callers check each start.
+    """
 
     sure = 0.0
 
@@ -374,7 +400,8 @@ class SteadyContinuation:
         self.n, turning = conditions.joints, batch.turning
         reached = np.array(levers(batch.model)[1]) + length(position(conditions.tool))
         self.length = LENGTH * reached[0]
-        # the number of sliding joints from each joint on: each may be up to one unit beyond its range
+        # number of prismatic joints from each joint on; each may be one unit of length beyond its range, which
+        # lengthens levers
         sliding = np.cumsum(~turning[::-1])[::-1]
         self.levers = np.where(turning, reached / self.length + sliding, 1.0)
         i = np.arange(self.n)
@@ -385,7 +412,9 @@ class SteadyContinuation:
         self.units = np.concatenate((np.where(turning, 1.0, self.length), np.full(PLACES, 1.0 / self.length)))
 
     def prove(self, gaps: SteadyGaps, pieces: int) -> Flags:
-        """Return whether the joints are proved continuous in each gap (k,)."""
+        """Return for each gap whether the joints are proved to be continuous in it (k,). The proof divides a gap into
+        `pieces`.
+        """
         parts = np.linspace(0.0, 1.0, pieces + 1)
         poses = np.swapaxes(gaps.poses(gaps.which, np.array((0.0, 1.0))), 0, 1)
         ends = zip((gaps.begin, gaps.end), poses, np.swapaxes(gaps.twists, 0, 1), strict=True)
@@ -403,7 +432,7 @@ class SteadyContinuation:
         return np.asarray((beta * beta * curved[:, None] * off <= MAX_KANTOROVICH).all(axis=1))
 
     def step(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:  # noqa: ARG002 (no guides)
-        """Return joints (N, n) after one step of Newton's method to poses (N, 3, 4)."""
+        """Return joints (N, n) after one step of Newton's method from q to poses T (N, 3, 4)."""
         conditions = self.conditions
         at = conditions.terms(q, T)
         bend = conditions.bend(at, conditions.multipliers(at))
@@ -412,7 +441,9 @@ class SteadyContinuation:
         return np.asarray(q + step[:, : self.n, 0])
 
     def _state(self, q: Floats, T: Floats, twist: Floats) -> tuple[Floats, Floats]:
-        """Return joints and multipliers, and their rates, in units of the proof."""
+        """Return joints and multipliers (N, n + 3), and their rates for the twists of the tool, in the units of the
+        proof (`units`).
+        """
         conditions = self.conditions
         at = conditions.terms(q, T)
         multipliers = conditions.multipliers(at)
@@ -421,12 +452,13 @@ class SteadyContinuation:
         return np.concatenate((q, multipliers), axis=1) / self.units, rate / self.units
 
     def _bounds(self, gaps: SteadyGaps, cubic: Cubic) -> tuple[Floats, Floats, Floats]:
-        """Return bounds (k,) of the fourth derivative of F on the cubic, of its third derivative, and of the change of
-        F' with the distance from the cubic."""
+        """Return bounds (k,) of the fourth derivative of F on the cubic, of the second derivative of F' on it, and of
+        the change of F' per distance from the cubic.
+        """
         pace = [order[:, : self.n].sum(axis=1) for order in cubic.most()]
         greatest = (
             np.maximum(np.abs(cubic.begin), np.abs(cubic.end)) + cubic.most()[1] / 8.0
-        )  # bounds of the unknowns, not of their derivatives
+        )  # bounds of the unknowns themselves
         pull = [np.linalg.norm(order[:, self.n :], axis=1) for order in (greatest, *cubic.most())]
         own = _of_turn(pace)
         turned = _of_turn([mine + asked for mine, asked in zip((*pace, 0.0), gaps.turn.T, strict=True)])
@@ -440,7 +472,9 @@ class SteadyContinuation:
 
 
 def _of_turn(angles: list[Floats]) -> list[Floats]:
-    """Return bounds of a turn and its derivatives up to the fourth, from those of its angles (Faa di Bruno)."""
+    """Return bounds of a rotation matrix and its first four derivatives, from bounds of the derivatives of the sum of
+    its angles (Faa di Bruno's formula).
+    """
     first, second, third, *fourth = angles
     last = fourth[0] if fourth else np.zeros_like(first)
     square = first * first

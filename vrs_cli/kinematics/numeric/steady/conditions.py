@@ -1,32 +1,34 @@
-"""State the conditions for the joints of a short arm (exact place, nearest turn), and choose starts of searches.
+"""State the equations for the joints of an arm of four or five joints (exact position, nearest orientation), and choose
+start joints of searches.
 
 An arm of four or five joints reaches each position in its range with many joint vectors, but not with every
-orientation. It takes the joints whose orientation is nearest to the desired one. With the rotation R of the flange and
-W the desired one, by the angle phi away from it,
+orientation. It takes the joints whose orientation is nearest to the desired one. Let R be the rotation of the flange, W
+the desired rotation, and phi the angle between them (the rotation error). Then
 
     1 - cos phi = (3 - trace(W^T R)) / 2
 
-is a minimum where its gradient by the joints is a linear combination of the gradients of the position, with multipliers
-l (Lagrange's conditions; Nocedal and Wright, "Numerical Optimization", 2006, 12.3 and 18.1):
+has a minimum only where its gradient by the joints is a linear combination of the gradients of the position, with
+multipliers l (Lagrange's conditions; Nocedal and Wright, "Numerical Optimization", 2006, 12.3 and 18.1):
 
     P l - O e = 0,   p(q) - p = 0
 
-with the rows P and O of the effect of each joint on position and orientation [m/rad, 1], and e the axis of the missing
-turn, as long as its sine. There are as many equations as unknowns, so the joints are a function of the pose alone: a
-closed path brings all joints back, and a possible pose is reached exactly.
+where the rows of P and O are the effect of each joint on position and orientation [m/rad, 1], and e is the vector along
+the axis of the rotation error whose length is the sine of its angle. There are as many equations as unknowns, so the
+joints depend only on the pose: a closed path brings all joints back, and a possible pose is reached exactly.
 
-The derivatives of the joints along a path follow from those of the conditions. With the unknowns x, joints and
-multipliers, F(x(t), t) = 0 at all times. Its first derivative gives x'; if x is replaced by its own Taylor polynomial
-of degree k - 1, the k-th derivative of F is -K x^(k), K = dF/dx. The first derivative is exact; the higher ones are
-computed from values of F at seven times, near enough to each other for ten decimals.
+The derivatives of the joints along a path follow from those of the conditions. The unknowns x (joints and multipliers)
+satisfy F(x(t), t) = 0 at all times. The first derivative of this equation gives x'. If x is replaced by its own Taylor
+polynomial of degree k - 1, the k-th derivative of F is -K x^(k), with K = dF/dx. The first derivative is exact; the
+higher derivatives are computed from values of F at seven times, so close to each other that ten decimals are correct.
 
-Arms with parallel joints 2 to 4, as most arms for teaching, start from a table. For an angle of the last joint of five,
-joint 1 follows from the place of the tip: it turns the plane of joints 2 to 4 to the distance of the tip from it, in
-two ways. For each direction of the hand in that plane joints 2 and 3 are two bars that reach a point, in two ways
-(complex numbers are vectors of the plane). So all joints that reach a place are a table over the angle of the last
-joint and the direction of the hand, and each least turn is near an entry that is less than its neighbours. Axes need to
-be parallel only as nearly as those of a measured robot: a search makes the joints exact. Other arms start from those of
-many sample joints that bring the tip nearest to the place.
+For arms whose axes 2 to 4 are parallel, such as most arms for teaching, searches start from a table. For each angle of
+the last joint (of five), the position of the tip determines joint 1, with two solutions: the tip is at a known distance
+from the plane in which joints 2 to 4 move. For each direction of the hand in this plane, joints 2 and 3 move two bars
+whose end must reach a known point, again with two solutions (vectors in the plane are complex numbers). So the table
+contains all joints that reach a position, by the angle of the last joint and the direction of the hand. Each local
+minimum of the rotation error is near an entry that is less than its neighbours. The axes need to be parallel only
+within the accuracy of a measured robot, because a search makes the joints exact. For other arms, searches start from
+the sample joints that bring the tool nearest to the pose.
 """
 
 from __future__ import annotations
@@ -47,14 +49,16 @@ from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
 
 PLACES = 3
-LEAST_CURVATURE = 1e-4  # minimum second derivative of the cosine by the joints; below it a turn is nearly free
+# minimum second derivative of 1 - cos phi by the joints; if it is smaller, a rotation of the tool is nearly
+# undetermined
+LEAST_CURVATURE = 1e-4
 
 
 class Terms(NamedTuple):
-    """The terms of the conditions for N joint vectors and poses.
+    """The terms of the conditions (see above) for N joint vectors and desired poses.
 
-    `place`, `turn` (N, n, 3): the effect of each joint on position and orientation. `away` (N, 3): the distance to the
-    desired position [m]. `sine` (N, 3) and `mixed` = R W^T (N, 3, 3): the missing turn.
+    `place`, `turn` (N, n, 3): the effect of each joint on position and orientation (P and O). `away` (N, 3): the vector
+    to the desired position [m]. `sine` (N, 3): e; `mixed` (N, 3, 3): R W^T, the rotation error as a matrix.
     """
 
     place: Floats
@@ -65,13 +69,13 @@ class Terms(NamedTuple):
 
     @property
     def angle(self) -> Floats:
-        """Return the missing turn (N,) [rad]."""
+        """Return the rotation errors (N,) [rad]."""
         cosine = 0.5 * (np.trace(self.mixed, axis1=1, axis2=2) - 1.0)
         return np.asarray(np.arctan2(np.linalg.norm(self.sine, axis=1), cosine))
 
 
 class SteadyConditions:
-    """The equations for the joints of one arm whose tool tip is at a given position."""
+    """The conditions (equations) for the joints of one arm with one tool."""
 
     def __init__(self, batch: SerialBatch, T_flange_tool: Transform) -> None:
         self.batch, self.tool, self.joints = batch, T_flange_tool, batch.joints
@@ -82,10 +86,10 @@ class SteadyConditions:
         self.before = (i[:, None] > i)[None, :, :, None]  # [i, k] is true if joint k comes before joint i
 
     def terms(self, q: Floats, T: Floats) -> Terms:
-        """Return the terms for joints (N, n) and desired poses of the flange (N, 3, 4)."""
-        if len(q) > 20:  # minimum number of rows for which arrays are faster
+        """Return the terms of the conditions for joints (N, n) and desired poses of the flange (N, 3, 4)."""
+        if len(q) > 20:  # with more rows than this, functions for arrays are faster
             have, J = self.batch.forward(q), self.batch.jacobian(q, self.tool)
-        else:  # formulas for floats are faster for few rows
+        else:  # for few rows, functions for floats are faster
             rows = q.tolist()
             have = np.array([self.formulas.forward(row) for row in rows]).reshape(-1, 3, 4)
             J = np.array([self.formulas.jacobian(row, *self.tool[3::4]) for row in rows]).reshape(-1, 6, self.joints)
@@ -100,8 +104,9 @@ class SteadyConditions:
         return Terms(columns[:, :, :3], columns[:, :, 3:], away, sine, mixed)
 
     def multipliers(self, at: Terms, free: Flags | None = None) -> Floats:
-        """Return the multipliers (N, 3) that best satisfy the conditions of the free joints (N, n); by default all
-        joints are free."""
+        """Return the multipliers (N, 3) that satisfy the conditions of the free joints best (least squares). `free` (N,
+        n): which joints are free; by default all.
+        """
         pull, place = at.turn @ at.sine[:, :, None], at.place if free is None else at.place * free[:, :, None]
         across = np.swapaxes(place, 1, 2)
         return np.asarray(np.linalg.solve(across @ place + 1e-12 * np.eye(PLACES), across @ pull)[:, :, 0])
@@ -109,7 +114,8 @@ class SteadyConditions:
     def bend(self, at: Terms, multipliers: Floats) -> Floats:
         """Return the derivatives of P l - O e by the joints (N, n, n).
 
-        The first of two joints turns the effect of the later one: d O_i / d q_k = O_k x O_i, d P_i / d q_k = O x P.
+        Of two joints the first rotates the effect of the later one: d O_i / d q_k = O_k x O_i if k comes before i, else
+        0; d P_i / d q_k = O x P with O of the first joint and P of the later one.
         """
         moved = _cross(at.turn[:, self.first], at.place[:, self.later])
         turned = np.where(self.before, _cross(at.turn[:, None, :], at.turn[:, :, None]), 0.0)
@@ -119,7 +125,9 @@ class SteadyConditions:
         return np.asarray(pulled[..., 0] - direct)
 
     def system(self, at: Terms, bend: Floats) -> Floats:
-        """Return the derivatives of all conditions by joints and multipliers (N, n + 3, n + 3)."""
+        """Return the matrix K of derivatives of all conditions by joints and multipliers (N, n + 3, n + 3). `bend`: the
+        result of `bend`.
+        """
         n, count = self.joints, len(bend)
         table = np.zeros((count, n + PLACES, n + PLACES))
         table[:, :n, :n] = bend
@@ -129,19 +137,23 @@ class SteadyConditions:
 
     @staticmethod
     def residual(at: Terms, multipliers: Floats) -> Floats:
-        """Return the residuals of the conditions (N, n + 3)."""
+        """Return the residuals F of the conditions (N, n + 3)."""
         slope = at.place @ multipliers[:, :, None] - at.turn @ at.sine[:, :, None]
         return np.concatenate((slope[:, :, 0], -at.away), axis=1)
 
     @staticmethod
     def wanted_rates(at: Terms, twists: Floats) -> Floats:
-        """Return the right sides (N, n + 3) of the equations for the unknowns' rates, for twists of the tool (N, 6)."""
+        """Return the right sides (N, n + 3) of the equations K x' = ... for the rates of the unknowns, for desired
+        twists of the tool (N, 6).
+        """
         trace = np.trace(at.mixed, axis1=1, axis2=2)[:, None, None]
         turned = 0.5 * (trace * np.eye(3) - np.swapaxes(at.mixed, 1, 2)) @ twists[:, 3:, None]
         return np.concatenate(((at.turn @ turned)[:, :, 0], twists[:, :3]), axis=1)
 
     def is_least(self, at: Terms, bend: Floats) -> Flags:
-        """Return whether every motion that keeps the position turns the tool away from the desired pose (N,)."""
+        """Return whether the rotation error is a local minimum (N,): every joint motion that keeps the position
+        increases it.
+        """
         normal = np.swapaxes(at.place, 1, 2) @ at.place + 1e-12 * np.eye(PLACES)
         along = np.eye(self.joints) - at.place @ np.linalg.solve(normal, np.swapaxes(at.place, 1, 2))
         symmetric = 0.5 * (bend + np.swapaxes(bend, 1, 2))
@@ -150,18 +162,19 @@ class SteadyConditions:
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    """Return cross products; numpy's take several times as long for few rows."""
+    """Return cross products of vectors (..., 3). For few rows `np.cross` takes several times as long."""
     x, y, z = a[..., 0], a[..., 1], a[..., 2]
     u, v, w = b[..., 0], b[..., 1], b[..., 2]
     return np.stack((y * w - z * v, z * u - x * w, x * v - y * u), axis=-1)
 
 
 OFFSETS = np.arange(-3.0, 4.0)
-# central differences of the second and third derivative, of sixth and fourth order: Fornberg, "Generation of Finite
-# Difference Formulas on Arbitrarily Spaced Grids", Mathematics of Computation 51 (1988), table 1
+# weights of central differences at these offsets for the second and third derivative, of sixth and fourth order:
+# Fornberg, "Generation of Finite Difference Formulas on Arbitrarily Spaced Grids", Mathematics of Computation 51
+# (1988), table 1
 SECOND = np.array([1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90])
 THIRD = np.array([1 / 8, -1.0, 13 / 8, 0.0, -13 / 8, 1.0, -1 / 8])
-STRIDE = 0.02  # [rad, m] maximum change of a joint from one of these times to the next
+STRIDE = 0.02  # [rad, m] maximum change of a joint between neighbouring times of the difference formulas
 
 
 class CannotFollow(Exception):
@@ -169,7 +182,7 @@ class CannotFollow(Exception):
 
 
 class Way:
-    """One arm at the joints q for the desired pose T_base_flange."""
+    """The conditions at one point of a path: at joints q that solve the desired pose T_base_flange."""
 
     def __init__(self, conditions: SteadyConditions, q: Joints, T: Transform) -> None:
         self.conditions, self.q = conditions, np.array(q)
@@ -178,20 +191,25 @@ class Way:
 
     @property
     def freedom(self) -> float:
-        """Return how well the joints move the position, times how well they turn the tool at a fixed position."""
-        bend = self.at.turn @ np.swapaxes(self.at.turn, 1, 2)  # its value if no turn is missing
+        """Return how well the joints move the tip, times how well they turn the tool while the tip is at rest: the
+        square root of |det K| for an orientation that is reached exactly.
+        """
+        bend = self.at.turn @ np.swapaxes(self.at.turn, 1, 2)  # the value of `bend` if the rotation error is 0
         table = self.conditions.system(self.at, bend)
         return float(np.sqrt(abs(np.linalg.det(table[0]))))
 
     def rates(self, twist: Twist, poses: Callable[[float], Transform], order: int) -> tuple[Joints, ...]:
-        """Return the first `order` derivatives of the joints [rad/s, rad/s2, rad/s3] for the desired twist of the tool.
+        """Return the first `order` derivatives of the joints [rad/s, rad/s2, rad/s3] along a path on which the tool
+        should have this twist.
 
-        `poses`: the desired poses of the flange by the time from now [s]. Raises CannotFollow.
+        `poses`: a function of the time from now [s] that returns the desired T_base_flange. Raises CannotFollow in a
+        singular pose.
         """
         first = self._solve(self.conditions.wanted_rates(self.at, np.array([twist]))[0])
         if order == 1:
             return (self._of_joints(first),)
-        h = float(STRIDE / max(np.abs(first[: len(self.q)]).max(), STRIDE / 0.005))  # [s] interval of the seven times
+        # [s] interval between the seven times
+        h = float(STRIDE / max(np.abs(first[: len(self.q)]).max(), STRIDE / 0.005))
         T = np.array([poses(offset * h) for offset in OFFSETS.tolist()]).reshape(-1, 3, 4)
         second = self._solve(-SECOND @ self._residuals(first, np.zeros_like(first), T, h) / h**2)
         if order == 2:
@@ -200,7 +218,9 @@ class Way:
         return self._of_joints(first), self._of_joints(second), self._of_joints(third)
 
     def _residuals(self, first: Floats, second: Floats, T: Floats, h: float) -> Floats:
-        """Return F (7, n + 3) at seven times, for unknowns extrapolated with these derivatives."""
+        """Return F (7, n + 3) at seven times, for unknowns that are extrapolated with their first and second
+        derivatives.
+        """
         t, n = (h * OFFSETS)[:, None], len(self.q)
         x = np.concatenate((self.q, self.multipliers[0])) + t * first + 0.5 * t * t * second
         return self.conditions.residual(self.conditions.terms(x[:, :n], T), x[:, n:])
@@ -209,7 +229,8 @@ class Way:
     def _table(self) -> Floats:
         table: Floats = self.conditions.system(self.at, self.conditions.bend(self.at, self.multipliers))[0]
         sizes = np.linalg.svd(table, compute_uv=False)
-        if sizes[-1] <= 1e-12 * sizes[0]:  # smaller fractions of the largest singular value of K count as 0
+        # K counts as singular if its smallest singular value is below this fraction of the largest
+        if sizes[-1] <= 1e-12 * sizes[0]:
             raise CannotFollow
         return table
 
@@ -220,24 +241,26 @@ class Way:
         return tuple(x[: len(self.q)].tolist())
 
 
-FIRST = 4  # the first four joints: joint 1 turns the plane of the arm, the other three move within it
-PARALLEL = 0.01  # [rad] angle between axes that count as parallel
-MIN_BAR_M = 1e-3  # [m] minimum length of a bar
+FIRST = 4  # number of joints in the table of starts: joint 1 turns the plane of the arm, joints 2 to 4 move within it
+PARALLEL = 0.01  # [rad] maximum angle between axes that count as parallel
+MIN_BAR_M = 1e-3  # [m] minimum length of a bar for the table of starts
 ROLLS, DIRECTIONS = (
     24,
     24,
-)  # number of angles of the last joint, and of hand directions on either side of the shoulder
-# Fractions of the range of directions. They are dense near the ends, where the bars turn fast, and leave out the ends,
-# where the bars are in line and a search cannot choose the bend.
+)  # size of the table: number of angles of the last joint, and number of hand directions on each side of the shoulder
+# hand directions, as fractions of their possible range. They are dense near the ends, where the bars turn fast, and
+# leave out the ends, where the bars are in line and a search could not choose the sign of the elbow angle.
 PARTS = 0.5 - 0.5 * np.cos(np.linspace(0.02, pi - 0.02, DIRECTIONS))
-BEYOND = 0.02  # fraction of the length of both bars by which a position may be out of reach at an entry
-OUTSIDE = 8.0  # [rad/rad] missing turn that counts as much as an angle outside its range
-WORSE = 0.5  # [rad] entries that are worse than the best entry by more than this are not used as starts
+# an entry of the table counts as reachable if it is out of reach by less than this fraction of both bars' lengths
+BEYOND = 0.02
+OUTSIDE = 8.0  # [rad/rad] weight of the angles by which joints are outside their ranges, relative to the rotation error
+# [rad] entries whose rotation error is larger than that of the best entry by more than this are not used as starts
+WORSE = 0.5
 MAX_STARTS = 16
 
 
 def is_planar(batch: SerialBatch) -> bool:
-    """Return whether joints 2 to 4 of an arm have parallel axes."""
+    """Return whether the table of starts fits an arm: axes 2 to 4 are parallel, and axis 1 is not parallel to them."""
     if batch.joints not in (FIRST, FIRST + 1) or not batch.turning.all():
         return False
     points, ways = (np.array(rows) for rows in zip(*joint_axes(batch.model), strict=True))
@@ -249,7 +272,9 @@ def is_planar(batch: SerialBatch) -> bool:
 
 
 class PlanarStarts:
-    """Starts from a table, for one arm and the tip of one tool (3,) in the frame of the flange."""
+    """Computes start joints of searches from a table, for one arm and the tip of one tool (3,) in the frame of the
+    flange.
+    """
 
     def __init__(self, batch: SerialBatch, tip: Floats) -> None:
         model, self.tip = batch.model, tip
@@ -258,16 +283,19 @@ class PlanarStarts:
         self.axis, self.point, self.normal = ways[0], points[0], ways[1]
         across = np.cross(self.normal, self.axis)
         across /= np.linalg.norm(across)
-        self.plane = across + 1j * np.cross(self.normal, across)  # (3,) for converting vectors to complex numbers
+        # (3,) the dot product with it converts a vector to a complex number in the plane of the arm
+        self.plane = across + 1j * np.cross(self.normal, across)
         self.signs = np.sign(ways[2:FIRST] @ self.normal)
         self.rolls = np.linspace(batch.lower[-1], batch.upper[-1], ROLLS) if batch.joints > FIRST else np.zeros(1)
         turns = rotation_about_batch(ways[-1], self.rolls if batch.joints > FIRST else np.zeros(1))[:, :, :3]
-        self.hands = turns @ T[:, :3]  # rotations of the hand (rolls, 3, 3)
+        # rotation of the flange for each angle of the last joint, the other joints at 0 (rolls, 3, 3)
+        self.hands = turns @ T[:, :3]
         tips = points[-1] + turns @ (T[:, :3] @ tip + T[:, 3] - points[-1])
-        self.beside = (tips - points[1]) @ self.normal  # distance of the tip out of the plane (rolls,)
+        self.beside = (tips - points[1]) @ self.normal  # distance of the tip from the plane of the arm [m] (rolls,)
         self.shoulder = points[1]
         self.upper, self.fore = np.diff(points[1:FIRST], axis=0) @ self.plane
-        self.hand = ((tips - points[FIRST - 1]) @ self.plane)[:, None]  # hand, in the plane (rolls, 1)
+        # vector from axis 4 to the tip, as a complex number in the plane [m] (rolls, 1)
+        self.hand = ((tips - points[FIRST - 1]) @ self.plane)[:, None]
         self.bends, *reach = (np.array(rows) for rows in zip(*self._reach(model), strict=True))
         self.reach, self.slack = np.stack(reach), BEYOND * (abs(self.upper) + abs(self.fore))
         self.joints, self.middle, self.half = (
@@ -277,16 +305,17 @@ class PlanarStarts:
         )
 
     def of(self, T: Floats) -> Floats | None:
-        """Return joints (k, n) near those that bring the tip to the position of a pose (3, 4) with the least missing
-        turn.
+        """Return start joints (k, n) for a pose (3, 4): near those that bring the tip to its position with a locally
+        least rotation error.
 
-        Return no rows if the position is out of reach, and None if joint 1 may have any value.
+        Return no rows if the position is out of reach, and None if the tip is on axis 1, so that joint 1 may have any
+        value.
         """
         out = T[:, :3] @ self.tip + T[:, 3] - self.point
         outward, sideways = out - self.axis * (self.axis @ out), np.cross(self.axis, out)
         a, b = self.normal @ outward, -self.normal @ sideways
         far = np.hypot(a, b)
-        if far < 1e-6:  # [m] distance of the tip from axis 1 below which joint 1 may have any value
+        if far < 1e-6:  # [m] the tip counts as on axis 1 below this distance
             return None
         part = (self.beside + self.normal @ (self.shoulder - self.point - self.axis * (self.axis @ out))) / far
         reached = np.abs(part) * far < far + self.slack  # (rolls,)
@@ -305,15 +334,16 @@ class PlanarStarts:
         missed = np.where(reached, missed, np.inf)
         within = np.where(outside > 0.0, np.inf, missed)
         least = _least(within) | _least(missed + OUTSIDE * outside)
-        # if the bars just reach a position, all directions give the same joints: keep one direction
+        # if the bars only just reach a position, several directions give the same joints: keep one of them
         _, once = np.unique(np.round(joints[least], 6), axis=0, return_index=True)
         found, size = joints[least][once], (missed + OUTSIDE * outside)[least][once]
         order = np.argsort(size)[:MAX_STARTS]
         return np.asarray(found[order][size[order] < within.min() + WORSE])
 
     def _reach(self, model: RobotModel) -> Iterator[tuple[float, float, float]]:
-        """Yield each sign of the angle between the bars in the range of joint 3, with the minimum and maximum reach
-        [m]."""
+        """Yield the signs of the angle between the bars that the range of joint 3 allows, each with the minimum and
+        maximum distance from shoulder to wrist [m].
+        """
         upper, fore = abs(self.upper), abs(self.fore)
         straight = np.angle(self.fore) - np.angle(self.upper)
         ends = sorted((self.signs[0] * model.lower[2] + straight, self.signs[0] * model.upper[2] + straight))
@@ -327,9 +357,11 @@ class PlanarStarts:
                 yield sign, sqrt(square + twice * cos(most)), sqrt(square + twice * cos(least))
 
     def _in_plane(self, place: Floats) -> tuple[tuple[Floats, Floats, Floats], Floats]:
-        """Return joints 2 to 4 (rolls, 2, 2, bends, directions) for positions of the tip from the shoulder (rolls, 2).
+        """Return joints 2 to 4 (rolls, 2, 2, bends, directions) for positions of the tip relative to the shoulder
+        (rolls, 2), as complex numbers. The dimensions are: angles of the last joint, solutions of joint 1, sides of the
+        shoulder, signs of the elbow angle, and hand directions.
 
-        Also return how much the bars are too short or too long to reach the wrist there [m].
+        Also return by how much the wrist is out of reach of the bars [m].
         """
         upper, fore, hand = np.abs(self.upper), np.abs(self.fore), np.maximum(np.abs(self.hand), MIN_BAR_M)[..., None]
         far = np.maximum(np.abs(place), MIN_BAR_M)[..., None]
@@ -350,8 +382,8 @@ class PlanarStarts:
         return (q2, q3, self.signs[1] * (directions - q2 - self.signs[0] * q3)), apart
 
     def _residuals(self, q1: Floats, T: Floats, direction: Floats) -> Floats:
-        """Return the missing turn of the hand [rad], from the trace of a product of rotations, one of them about the
-        normal.
+        """Return the rotation errors [rad] of the table's entries for a pose T. `direction`: the angle by which joints
+        2 to 4 together rotate the hand about the normal of the plane.
         """
         back = rotation_about_batch(self.axis, q1.ravel())[:, :, :3].reshape(*q1.shape, 3, 3)
         rest = (self.hands @ T[:, :3].T)[:, None] @ back
@@ -369,7 +401,7 @@ class PlanarStarts:
 
 
 def _least(missed: Floats) -> Flags:
-    """Return the entries of a table that are not above their neighbours."""
+    """Return which entries of the table are not above their neighbours (in the first and last dimension)."""
     wide = np.pad(missed, ((1, 1), (0, 0), (0, 0), (0, 0), (1, 1)), constant_values=np.inf)
     least = np.isfinite(missed)
     for i in range(3):
@@ -379,12 +411,15 @@ def _least(missed: Floats) -> Flags:
 
 
 SAMPLES = 512
-FIRST_SAMPLES, OTHERS = 16, 32  # number of starts of one pose in the first search, and in the next one
-TURN_COUNTS = 0.1  # [lengths of the arm/rad] weight of a missing turn relative to a distance
+# number of samples from which a pose is searched at first, and then if these do not reach it exactly
+FIRST_SAMPLES, OTHERS = 16, 32
+TURN_COUNTS = 0.1  # [arm lengths/rad] weight of the rotation error relative to the distance of the tip
 
 
 class SampledStarts:
-    """Starts from samples, for one arm and the tip of one tool (3,) in the frame of the flange."""
+    """Chooses start joints of searches from random samples, for one arm and the tip of one tool (3,) in the frame of
+    the flange.
+    """
 
     def __init__(self, batch: SerialBatch, tip: Floats) -> None:
         self.tip, self.joints = tip, np.array(list(islice(some_joints(batch.model), SAMPLES)))
@@ -393,7 +428,9 @@ class SampledStarts:
         self.length = np.ptp(self.tips, axis=0).max() / 2.0
 
     def near(self, T: Floats, after: int, count: int) -> Floats:
-        """Return the `count` samples nearest to a pose (3, 4), without the `after` nearest ones: (count, n)."""
+        """Sort the samples by their distance from a pose (3, 4), skip the first `after`, and return the next `count`
+        (count, n).
+        """
         away = np.linalg.norm(self.tips - (T[:, :3] @ self.tip + T[:, 3]), axis=1)
         cosine = 0.5 * (np.einsum("nij,ij->n", self.poses[:, :, :3], T[:, :3]) - 1.0)
         missed = away / self.length + TURN_COUNTS * np.arccos(np.clip(cosine, -1.0, 1.0))
