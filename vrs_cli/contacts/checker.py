@@ -311,7 +311,7 @@ class _Search:
         following, slide, before = t, NUDGE, dict[Pair, float]()
         while True:
             near, bent = self._look(t, exact=False), BENT
-            if self._unclear(near):
+            if self._needs_exact_joints(near):
                 near, bent = self._look(t), 0.0
             deepest = self._deepest(near)
             shallow = {owners: one.distance for owners, one in deepest.items() if one.pair.apart - one.distance < SLIDE}
@@ -332,11 +332,11 @@ class _Search:
             reached = self.sweep.reaches(self.most, t, self.checker.margin - self.checker.limit - bent)
             reached = self._next(t, [(pair.sums, distance - pair.limit - bent) for distance, _, pair in near], reached)
             following, t = (
-                min(max(self._next(t, self._ways_apart(deepest, bent, least), reached), t + TICK), end)
+                min(max(self._next(t, self._separations(deepest, bent, least), reached), t + TICK), end)
                 for least in (NUDGE, slide)
             )
 
-    def _unclear(self, near: Iterable[_Seen]) -> bool:
+    def _needs_exact_joints(self, near: Iterable[_Seen]) -> bool:
         """Return whether the exact joints are needed to decide if a pair touches or has separated."""
         excused = self.excused
         return any(
@@ -354,7 +354,7 @@ class _Search:
                 found[owners] = one
         return found
 
-    def _ways_apart(self, deepest: Mapping[Pair, _Seen], bent: float, least: float) -> list[tuple[list[float], float]]:
+    def _separations(self, deepest: Mapping[Pair, _Seen], bent: float, least: float) -> list[tuple[list[float], float]]:
         """Return, for each excused pair, the accumulated bounds of its motion, and how far it must move to separate
         [m], at least `least`."""
         return [

@@ -122,7 +122,7 @@ class Physics:
         )
         self._links = [self._id(f"link{i}") for i in range(model.joint_count + 1)]
         self._fingers = [(self._id(name), opens) for name, opens in fingers]
-        self._shelf = _shelf(self._kinds)
+        self._kinds_model = _kinds_model(self._kinds)
         self._radix = np.array([self.m.ngeom, 1])
         self._hand = -1.0
         self.place_base(IDENTITY)
@@ -185,7 +185,7 @@ class Physics:
         m = self.m
         for body, (bits, owner, T, solid) in zip(slots, rows, strict=False):
             geom, kind = m.body_geomadr[body], self._kinds[solid]
-            shelf, row = self._shelf, self._shelf.geom(f"kind{kind}").id
+            shelf, row = self._kinds_model, self._kinds_model.geom(f"kind{kind}").id
             self._move(body, compose(T, _pose(shelf.geom_pos[row], shelf.geom_quat[row])))
             for column in ("geom_type", "geom_size", "geom_rbound", "geom_aabb"):
                 getattr(m, column)[geom] = getattr(shelf, column)[row]
@@ -267,7 +267,7 @@ class Physics:
 
     def ball_of(self, solids: Iterable[Solid]) -> Ball:
         """Return a ball around the solids of a part, in the part's frame. The solids must be among the `kinds`."""
-        shelf = self._shelf
+        shelf = self._kinds_model
         rows = [shelf.geom(f"kind{self._kinds[solid]}").id for solid in solids]
         return around([Ball(tuple(shelf.geom_pos[row].tolist()), float(shelf.geom_rbound[row])) for row in rows])
 
@@ -325,7 +325,7 @@ def _add_mesh(spec: Any, name: str, solid: Solid) -> None:
     mesh.uservert = [x for point in solid.points for x in point]
 
 
-def _shelf(kinds: dict[Solid, int]) -> Any:
+def _kinds_model(kinds: dict[Solid, int]) -> Any:
     """Compile a model that contains one solid of each kind. Slots copy their geometry from its rows."""
     spec = mujoco.MjSpec()
     for solid, number in kinds.items():

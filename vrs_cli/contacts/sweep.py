@@ -85,7 +85,7 @@ def stages(timeline: Timeline, course: WorldCourse | None, begin: float, end: fl
 def changed_stages(before: Course, after: Course, since: float, shift: float) -> Iterator[Stage]:
     """Yield the stages, from `since` [s] on, in which parts or the hand differ from their state before an edit. The
     edit shifts the later motions by `shift` [s] and leaves their paths unchanged. A stage never spans two motions."""
-    if _go_on_alike(before, after, since, shift):
+    if _same_states_later(before, after, since, shift):
         return
     timeline, course = after
     tail = range(timeline.index_at(since) + 1, len(timeline))
@@ -102,7 +102,7 @@ def changed_stages(before: Course, after: Course, since: float, shift: float) ->
                 yield stage._replace(only=parts, hand_too=hand)
 
 
-def _go_on_alike(before: Course, after: Course, since: float, shift: float) -> bool:
+def _same_states_later(before: Course, after: Course, since: float, shift: float) -> bool:
     """Return whether, before and after an edit, the hand and the parts have the same states at the start and change at
     the same times. Then all later states are equal too, because they follow from these changes and from the motions."""
     begun = since - shift

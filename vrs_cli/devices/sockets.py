@@ -119,8 +119,8 @@ class Sockets(Outside):
     ) -> None:
         super().__init__(patience=patience)
         self.host, self.serial = host, serial or {}
-        self._come: deque[Arrival] = deque()
-        self._coming = Lock()
+        self._arrivals: deque[Arrival] = deque()
+        self._arrivals_lock = Lock()
         self._due: float | None = None
         self._open: set[str] = set()
         self._pseudo: dict[str, PseudoEnd] = {}
@@ -159,8 +159,8 @@ class Sockets(Outside):
 
     def _keep(self, arrival: Arrival) -> None:
         """Queue an arrival. Called in the thread of the traffic."""
-        with self._coming:
-            self._come.append(arrival)
+        with self._arrivals_lock:
+            self._arrivals.append(arrival)
         self.wake()
 
     def _listener(self, address: Address) -> socket.socket:
@@ -217,9 +217,9 @@ class Sockets(Outside):
             return
         self._open.discard(device)
         traffic.close(device)
-        with self._coming:
-            self._come = deque(arrival for arrival in self._come if arrival.device != device)
-            self._due = self._due if self._come else None
+        with self._arrivals_lock:
+            self._arrivals = deque(arrival for arrival in self._arrivals if arrival.device != device)
+            self._due = self._due if self._arrivals else None
         if not self._open:
             self._traffic = None
             traffic.end()
@@ -237,15 +237,15 @@ class Sockets(Outside):
     def due(self, clock: RobotClock) -> float:
         """Return the time at which programs see the arrivals: the earliest that they have not reached yet [s]; infinity
         if there are no arrivals."""
-        if not self._come:
+        if not self._arrivals:
             return inf
         if self._due is None:
             self._due = max(clock.reached, clock.now + TICK)
         return self._due
 
     def take(self, now: float) -> Iterable[Arrival]:  # noqa: ARG002
-        with self._coming:
-            come, self._come, self._due = self._come, deque(), None
+        with self._arrivals_lock:
+            come, self._arrivals, self._due = self._arrivals, deque(), None
         return come
 
 

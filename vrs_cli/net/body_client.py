@@ -70,7 +70,7 @@ class BodyClient:
         self.far = self.client.far
         self._sent, self._fresh = deque[Report](), deque[Report]()  # kept reports: already sent, and not yet sent
         self._first = 0  # the number of the first kept report
-        self.embodied, self._stirred = False, asyncio.Event()
+        self.embodied, self._woken = False, asyncio.Event()
         self.life = ""
         self._sending: asyncio.Task[None] | None = None
         self._asking: asyncio.Task[None] | None = None
@@ -119,11 +119,11 @@ class BodyClient:
         while self._fresh and self._first + len(self._sent) < answer.next:
             self._sent.append(self._fresh.popleft())
         self.order, self.embodied = messages.BodyOrder(answer.mode, answer.at), True
-        self._stirred.set()
+        self._woken.set()
 
     def _end(self, why: VrsError) -> None:
         self.refusal, self.embodied = why, False
-        self._stirred.set()
+        self._woken.set()
 
     def _hear(self, message: messages.ServerMessage) -> None:
         match message:
@@ -147,9 +147,9 @@ class BodyClient:
                 self._asking = asyncio.create_task(embody_again())
             case messages.BodyOrder():
                 self.order = message
-                for orders, stirred in self._orders:
+                for orders, woken in self._orders:
                     orders.append(message)
-                    stirred.set()
+                    woken.set()
             case messages.BodyReleased():
                 if self.embodied:
                     self._end(RequestRefused("this client is the body no longer", "BODY says who is"))
@@ -193,23 +193,23 @@ class BodyClient:
 
     async def changes(self) -> AsyncIterator[TimelineChange | MissedEvents | messages.BodyOrder]:
         """Yield the current timeline, then each change and each order. Raises the same errors as `ticks`."""
-        stirred, orders, loop = asyncio.Event(), deque[messages.BodyOrder](), asyncio.get_running_loop()
-        told = orders, stirred
+        woken, orders, loop = asyncio.Event(), deque[messages.BodyOrder](), asyncio.get_running_loop()
+        told = orders, woken
         self._orders.append(told)
 
         def wake() -> None:
-            loop.call_soon_threadsafe(stirred.set)
+            loop.call_soon_threadsafe(woken.set)
 
         hearing: Subscription[TimelineChange] = self.mirror.events.subscribe(woken=wake)
         try:
             while True:
-                stirred.clear()
+                woken.clear()
                 for change in hearing.take_all():
                     yield change
                 while orders:
                     yield orders.popleft()
                 self._check()
-                await stirred.wait()
+                await woken.wait()
         finally:
             self._orders.remove(told)
             hearing.end()
@@ -245,19 +245,19 @@ class BodyClient:
         if len(self._sent) + len(self._fresh) > max(min(MAX_KEPT, KEPT * self.rate), 1.0):
             (self._sent or self._fresh).popleft()
             self._first += 1
-        self._stirred.set()
+        self._woken.set()
 
     async def _send(self) -> None:
         """Send new reports until cancelled."""
         while True:
-            await self._stirred.wait()
-            self._stirred.clear()
+            await self._woken.wait()
+            self._woken.clear()
             if self.embodied and self.far.open:
                 with suppress(RequestRefused):  # after a cut the reports are sent again
                     self._send_batch(MAX_WAITING_BYTES)
             await asyncio.sleep(SEND_EVERY)
             if self.embodied and self._fresh:
-                self._stirred.set()
+                self._woken.set()
 
     def _send_batch(self, waiting: int) -> None:
         """Send new reports, until more than `waiting` bytes wait for the socket."""

@@ -149,7 +149,7 @@ class Client:
         self.url, self.told = address_of(url), told
         self.far = FarEnd(hello, time.monotonic)
         self._tls, self._random = tls_for(self.url, ca), Random()
-        self._stirred, self._shown = asyncio.Event(), asyncio.Event()
+        self._woken, self._shown = asyncio.Event(), asyncio.Event()
         self._opened: asyncio.Future[None]
         self._task: asyncio.Task[None] | None = None
         self._leaves = self.measures = False
@@ -175,13 +175,13 @@ class Client:
         """Send a request; return its id. The outlet receives all answers; the last one ends the request. Raises
         RequestRefused without a connection."""
         id = self.far.ask(make, outlet)
-        self._stirred.set()
+        self._woken.set()
         return id
 
     def send(self, message: messages.ClientMessage) -> None:
         """Send a message that has no answer. Raises RequestRefused without a connection."""
         self.far.send(message)
-        self._stirred.set()
+        self._woken.set()
 
     async def ask(self, make: Callable[[int], messages.Request]) -> messages.ServerMessage:
         """Send a request; return its final answer, `Done` or a result. Raises the robot's error if the request is
@@ -243,12 +243,12 @@ class Client:
         try:
             await self.ask(lambda id: structs.replace(followed, id=id, after=mirror.seq, measured=True))
             self.far.unmeasured = min(self.far.unmeasured, begin)  # set only now, so that `_see` does not fetch too
-            await self._recall_measured()
+            await self._fetch_reports()
         except RequestRefused:
             self.measures = False
             raise
 
-    async def _recall_measured(self) -> None:
+    async def _fetch_reports(self) -> None:
         """Fetch the missing reports of the body."""
         begin, self.far.unmeasured = self.far.unmeasured, inf
         while begin < inf:
@@ -257,11 +257,11 @@ class Client:
             self.far.recall_reports(part)
             begin = part.parts[-1].times[-1] if part.goes_on else inf
 
-    async def _recall_again(self) -> None:
+    async def _fetch_all_reports(self) -> None:
         """Fetch missing reports until none are missing or the connection is cut; the next welcome restarts this."""
         with suppress(RequestRefused):
             while self.far.unmeasured < inf:
-                await self._recall_measured()
+                await self._fetch_reports()
 
     def _see(self, message: messages.ServerMessage) -> None:
         """Fetch missing reports, and missing older parts of the timeline: a snapshot may contain only the last part,
@@ -274,7 +274,7 @@ class Client:
                 end = mirror.record.view.end
                 self.far.unmeasured = -1.0 if end is None else end
             if self.far.unmeasured < inf and (self._remeasuring is None or self._remeasuring.done()):
-                self._remeasuring = asyncio.create_task(self._recall_again())
+                self._remeasuring = asyncio.create_task(self._fetch_all_reports())
         anew = isinstance(message, messages.Replaced | messages.Welcome)
         if anew or (mirror.now < mirror.begins and (recalling is None or recalling.done())):
             if recalling is not None:
@@ -297,7 +297,7 @@ class Client:
         self._leaves = True
         with suppress(VrsError):  # the connection is already closed
             self.send(messages.Bye())
-        self._stirred.set()
+        self._woken.set()
         if self._task is not None:
             await asyncio.wait([self._task], timeout=CLOSING)
             self._task.cancel()
@@ -325,9 +325,9 @@ class Client:
             if again:
                 end = time.monotonic() + waits(attempt, self._random)
                 while not self._leaves and time.monotonic() < end:
-                    self._stirred.clear()
+                    self._woken.clear()
                     self.far.look()
-                    await self._stir(min(end, self.far.due))
+                    await self._wait_until_woken(min(end, self.far.due))
 
     async def _dialogue(self, socket: ClientConnection) -> None:
         """Receive and send until the socket or the connection is closed."""
@@ -337,7 +337,7 @@ class Client:
             with suppress(ConnectionClosed):
                 async for frame in socket:
                     self.far.receive(frame)
-                    self._stirred.set()
+                    self._woken.set()
                     if self.far.open and not self._opened.done():
                         self._opened.set_result(None)
         finally:
@@ -348,20 +348,20 @@ class Client:
         """Write waiting frames, and call `look` when it is due, until the connection closes."""
         with suppress(ConnectionClosed):
             while not self._leaves and not self.far.connection.closing:
-                self._stirred.clear()
+                self._woken.clear()
                 self.far.look()
                 for frame in self.far.connection.frames():
                     await socket.send(frame)
-                await self._stir(self.far.due)
+                await self._wait_until_woken(self.far.due)
             for frame in self.far.connection.frames():
                 await socket.send(frame)
             await socket.close()
 
-    async def _stir(self, until: float) -> None:
+    async def _wait_until_woken(self, until: float) -> None:
         """Wait until there is something to send, at most until the monotonic clock shows `until` [s]."""
         with suppress(TimeoutError):
             async with asyncio.timeout(until - time.monotonic()):
-                await self._stirred.wait()
+                await self._woken.wait()
 
     def _goes_on(self, why: str, hint: str) -> bool:
         """Return whether to connect again. Before the first welcome, return False and let `open` raise the reason."""

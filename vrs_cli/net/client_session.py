@@ -100,7 +100,7 @@ class ClientSession(UserSession):
         self.heard_at = robot.wall()
         self._robot, self._users, self._wall = robot, users, robot.wall
         self._listener: Listener | None = None
-        self._wishes: deque[messages.Drag] = deque(maxlen=1)  # newest target of a dragged tool, until the robot took it
+        self._drag_targets: deque[messages.Drag] = deque(maxlen=1)  # newest target, until the robot took it
         self._pulling: Pending | None = None  # the pending request in which the robot takes this target
         self._drag_refused = False  # whether the user was already told that the robot refuses the targets
         self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply in parts, then the later messages
@@ -406,7 +406,7 @@ class ClientSession(UserSession):
     def _drag(self, message: messages.Drag) -> None:
         """Give the robot a target for the dragged tool. It replaces the previous target if the robot has not taken that
         yet."""
-        self._wishes.append(message)
+        self._drag_targets.append(message)
         if self._pulling is None:
             self._pull()
 
@@ -415,7 +415,7 @@ class ClientSession(UserSession):
         self.submit(self._robot.check_and_note(self._pull_tool(), lambda: False), self._pulling)
 
     def _pull_tool(self) -> Dialogue[None]:
-        wish = self._wishes.pop()
+        wish = self._drag_targets.pop()
         try:
             yield from TargetControl(self.session).pull(wish.pose, wish.issued)
         except VrsError as error:
@@ -460,7 +460,7 @@ class ClientSession(UserSession):
         pulled = pending is self._pulling
         if pulled:
             self._pulling = None
-            if self._wishes:
+            if self._drag_targets:
                 self._pull()
         if what := _audit_text(pending.message):
             error = ticket.error(0.0)

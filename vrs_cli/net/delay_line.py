@@ -326,14 +326,14 @@ class _Way:
         self._line, self._time = line, time
         # arrival times [s] and pieces; an empty piece marks the end
         self._pieces: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue()
-        self._went = asyncio.Event()
+        self._delivered = asyncio.Event()
 
     async def receive(self, reader: asyncio.StreamReader) -> None:
         """Read the sender's bytes until they end; pause while too many bytes are in transit."""
         while True:
             while self.held >= MAX_BYTES_ON_WAY:
-                self._went.clear()
-                await self._went.wait()
+                self._delivered.clear()
+                await self._delivered.wait()
             piece = await reader.read(PIECE)
             self._pieces.put_nowait((self._line.arrival(self._time.now()), piece))
             self.held += len(piece)
@@ -352,7 +352,7 @@ class _Way:
             self.passed += len(piece)
             await writer.drain()
             self.held -= len(piece)
-            self._went.set()
+            self._delivered.set()
 
 
 class ProxyConnection:

@@ -126,8 +126,8 @@ class MemoryFile:
         """Load the file, if it exists, and rewrite it; return the errors in it. Raises FileError."""
         found: tuple[Diagnostic, ...] = ()
         if self.path.exists():
-            text = _sound(self.path)
-            programs = _of_programs(text)
+            text = _undamaged_text(self.path)
+            programs = _program_lines(text)
             found = tuple(one for one in self._session.load_text(text) if one.span.line not in programs)
             settings = [line for line in text.splitlines() if line.startswith(_SETTINGS)]
             with suppress(RecordError):  # settings of another version are ignored: the defaults apply
@@ -236,7 +236,7 @@ class MemoryFile:
         self._programs, self._settings = programs, self._session.engine.settings
 
 
-def _of_programs(text: str) -> frozenset[int]:
+def _program_lines(text: str) -> frozenset[int]:
     """Return the numbers of the lines inside programs; errors in these lines are not reported again."""
     inside, found = False, set[int]()
     for number, line in enumerate(text.split("\n"), start=1):
@@ -252,7 +252,7 @@ def _seal(text: str) -> bytes:
     return data + b"; part %08x\n" % crc32(data)
 
 
-def _sound(path: Path) -> str:
+def _undamaged_text(path: Path) -> str:
     """Return the text of a file up to its first damaged part; all of it if it has no checksum lines, because a user
     wrote it."""
     try:

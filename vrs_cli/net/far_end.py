@@ -91,7 +91,7 @@ class FarEnd:
         self._arm: RobotArm | None = None
         self.world: World | None = None
         self._cell: dict[str, Any] | None = None  # the cell's data as the server sent them
-        self._wishes, self._pulled = DragTargets(), PulledState()  # targets and state of a dragged tool
+        self._drag_targets, self._pulled = DragTargets(), PulledState()  # targets and state of a dragged tool
         self._outlets: dict[int, Outlet] = {}
         # answers to commands whose change has not arrived yet, and the time until which they are held back [s]
         self._ended: dict[int, tuple[messages.Done, float]] = {}
@@ -163,13 +163,18 @@ class FarEnd:
 
     def with_issue_time(self, request: messages.Request) -> messages.Request:
         """Return the request; a motion without an issue time gets the current time."""
-        if isinstance(request, messages.At) and isinstance(request.act, Go) and request.issued is None and self._passes:
+        if (
+            isinstance(request, messages.At)
+            and isinstance(request.act, Go)
+            and request.issued is None
+            and self._is_live
+        ):
             return structs.replace(request, issued=self.now)
         return request
 
     def expect(self, request: messages.Request) -> None:
         """Add a sent request to the preview."""
-        if not self._passes or self.preview is None:
+        if not self._is_live or self.preview is None:
             return
         self.preview.forward = self.round_trip / 2.0  # the estimate of D_f [s]
         match request:
@@ -190,15 +195,15 @@ class FarEnd:
                 message = structs.replace(message, until=until)
         if not self.open:
             raise self.no_connection
-        if isinstance(message, messages.Drag) and self._passes:
+        if isinstance(message, messages.Drag) and self._is_live:
             message = structs.replace(message, issued=self.now)
             self.expect_drag(message)
         self.connection.send(message)
 
     def expect_drag(self, drag: messages.Drag) -> None:
         """Record the target of a dragged tool, if its message has an issue time."""
-        if self._passes and drag.issued is not None:
-            self._wishes.add(drag.pose, drag.issued)
+        if self._is_live and drag.issued is not None:
+            self._drag_targets.add(drag.pose, drag.issued)
 
     @property
     def no_connection(self) -> RequestRefused:
@@ -226,7 +231,7 @@ class FarEnd:
             ):  # the change arrives after the answer, so a command ends only when its change is in the mirror
                 if message.status is not None:
                     self.status.see(message.status)
-                    self._moves_to(message.status.clock)
+                    self._set_virtual_time(message.status.clock)
                 if not message.seq or self._is_seen(message, None):  # `seq` 0: made by this side
                     self._end(id, message)
                 else:
@@ -269,7 +274,7 @@ class FarEnd:
             case messages.Pulled(state):
                 self._pulled = state
                 if state.issued is not None:
-                    self._wishes.drop_until(state.issued)
+                    self._drag_targets.drop_until(state.issued)
             case messages.Status(around):
                 self.status.see(around)
             case messages.Closing(refusal=Refusal() as refusal):
@@ -284,11 +289,11 @@ class FarEnd:
             if self.mirror is not None:
                 self.mirror.clock = ClockReading()
         self.welcome, self._pings, self._resyncs = welcome, 0, False
-        self._wishes, self._pulled = DragTargets(), PulledState()
+        self._drag_targets, self._pulled = DragTargets(), PulledState()
         self._cut_at = self._silent_since = inf
         if self.open:
             self._ping(now)  # sent before any request, so that the delays are known with the first answer
-        self._find_again(full=False)
+        self._resync_if_lost(full=False)
         if self._arm is None:
             try:
                 self._arm = arm_for(from_dict(welcome.model))
@@ -317,7 +322,7 @@ class FarEnd:
                 case messages.Replaced(snapshot=record):
                     self._replace(snapshot_of(record, form), change.number, self._arm)
                 case messages.Delta(delta=delta, applied=applied) if self.mirror is not None:
-                    self._moves_to(applied)
+                    self._set_virtual_time(applied)
                     self.mirror.change(delta_of(delta, Motions(), form), change.number)
                     self._flag(delta.cut)
                 case messages.Steered(target=target) if self.mirror is not None:
@@ -326,7 +331,7 @@ class FarEnd:
         except RecordError as wrong:
             self.refusal = FileDamaged(f"the robot tells what cannot be: {wrong}", SAME_VRS)
             return
-        self._find_again(full=isinstance(change, messages.Steered))
+        self._resync_if_lost(full=isinstance(change, messages.Steered))
         self._release(lambda done, _until: self._is_seen(done, change))
 
     def _replace(self, snapshot: Snapshot, number: int, arm: RobotArm) -> None:
@@ -338,13 +343,13 @@ class FarEnd:
             return
         before = self.mirror.timeline
         self.mirror.replace(snapshot, number)
-        if self._passes:
+        if self._is_live:
             self._flag(parting(before, self.mirror.timeline))
 
     def _flag(self, cut: float) -> None:
         """Flag the times that were shown wrongly before a change arrived; `cut`: the time from which on the change
         replaces the timeline [s]. In real time a change never replaces the past."""
-        if self._passes and not self.near:
+        if self._is_live and not self.near:
             self.flags.forget(self.now - REMEMBERED)
             self.flags.ahead = self.shown_time - self.now
             self.flags.add_change(cut, cut, self.now)
@@ -368,7 +373,7 @@ class FarEnd:
             self.refusal = FileDamaged(f"the robot tells reports that cannot be: {wrong}", SAME_VRS)
         record.forget_before(self.now - self.mirror.window)
 
-    def _find_again(self, *, full: bool) -> None:
+    def _resync_if_lost(self, *, full: bool) -> None:
         """If the mirror is lost (a change is missing), ask for a snapshot, but only once."""
         lost = self.mirror is not None and self.mirror.lost
         if lost and not self._resyncs and self.open:
@@ -384,7 +389,7 @@ class FarEnd:
         since = wall if self._estimate is None else self._estimate.here(clock.wall)
         self.mirror.clock = self.mirror.clock.then(ClockReading(clock.now, self.rate, since), wall)
 
-    def _moves_to(self, now: float) -> None:
+    def _set_virtual_time(self, now: float) -> None:
         """Set the clock to `now` [s] if time is virtual: only commands advance virtual time."""
         if not self._clock.realtime:
             self._set_clock(structs.replace(self._clock, now=now))
@@ -392,7 +397,7 @@ class FarEnd:
     # --- the delays ---
 
     @property
-    def _passes(self) -> bool:
+    def _is_live(self) -> bool:
         """Return whether the timeline is followed and the robot runs in real time."""
         return self._clock.realtime and self.mirror is not None
 
@@ -435,15 +440,15 @@ class FarEnd:
             case Ahead.AUTO:
                 return self.now + self.round_trip / 2.0
             case float(ahead):
-                return self.now - self.round_trip / 2.0 + (ahead if self._passes else 0.0)
+                return self.now - self.round_trip / 2.0 + (ahead if self._is_live else 0.0)
 
     @property
     def _drag_effect(self) -> Expected | None:
         """Return the expected effect of a dragged tool. While the arm moves, it follows the newest target in each tick,
         so all later motion is uncertain. At rest, a target changes the timeline when it arrives."""
-        if self.mirror is None or not self._passes or self.near:
+        if self.mirror is None or not self._is_live or self.near:
             return None
-        oldest, heard = self._wishes.oldest(self.now, self.round_trip), self.heard_time
+        oldest, heard = self._drag_targets.oldest(self.now, self.round_trip), self.heard_time
         if self._pulled.by and self.mirror.timeline.end > heard:
             return Expected(0, DRAGGING.text, heard, heard, planned=False)
         if oldest is None:
@@ -462,7 +467,7 @@ class FarEnd:
             self.heard_time,
             self.now + self.round_trip / 2.0,
             self.shown_time,
-            self.ahead is not Ahead.PRESENT and self._passes,
+            self.ahead is not Ahead.PRESENT and self._is_live,
             min(begins if self.open else [*begins, self.heard_time], default=inf),
             expected,
             not self.open,

@@ -102,7 +102,7 @@ class Publisher:
         def begin_anew() -> None:  # NATS has lost messages, and perhaps its streams
             for robot in self._robots.values():
                 robot.lost = True
-                robot.stir.set()
+                robot.woken.set()
 
         self._connection = await _connect(self._url, self._told, begin_anew)
         try:
@@ -135,7 +135,7 @@ class _Robot:
         self._robot, self._connection, self._told = robot, connection, told
         self._waiting: deque[bytes] = deque()
         self._size, self._changes = 0, 0
-        self.stir, self.lost = asyncio.Event(), False
+        self.woken, self.lost = asyncio.Event(), False
         self._listener: Listener = robot.broadcast.join(self, FORM)
         self._task = asyncio.create_task(self._publish())
         robot.broadcast.subscribe(self._listener, messages.Subscribe(0, deltas=True))
@@ -167,15 +167,15 @@ class _Robot:
     def _put(self, data: bytes) -> None:
         self._waiting.append(data)
         self._size += len(data)
-        self.stir.set()
+        self.woken.set()
 
     # --- to NATS ---
 
     async def _publish(self) -> None:
         await self._make_stream()
         while True:
-            await self.stir.wait()
-            self.stir.clear()
+            await self.woken.wait()
+            self.woken.clear()
             if self.lost:
                 self.lost = False
                 await self._make_stream()

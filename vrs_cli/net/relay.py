@@ -229,7 +229,7 @@ SHORTEST_PAUSE, LONGEST_PAUSE = 0.02, 0.5  # [s] minimum and maximum time betwee
 _from_page: Reader[messages.FromClient | LookAhead] = Reader(messages.FromClient | LookAhead)
 
 
-class _Direct(HTTPRedirectHandler):
+class _NoRedirects(HTTPRedirectHandler):
     """Follows no redirections, so that a server cannot make this machine send requests to other machines."""
 
     def redirect_request(self, *_: object) -> None:
@@ -270,7 +270,7 @@ class Relay:
             urlsplit(self.url),
             urlsplit(self.url).path.rstrip("/") or f"/robots/{quote(self.robot, safe='')}",
         )
-        handlers: list[BaseHandler] = [_Direct()]
+        handlers: list[BaseHandler] = [_NoRedirects()]
         handlers += [HTTPSHandler(context=self._tls)] if self._tls else []
         handlers += [ProxyHandler({})] if there.hostname in LOOPBACK else []
         address = f"{'https' if self._tls else 'http'}://{there.netloc}{robot}/{MESH}/{quote(file, safe='')}"

@@ -74,11 +74,11 @@ class Room(ServedRobot):
         self.clients: dict[str, ClientSession] = {}
         self._delivery_logs: dict[str, ClientSession] = {}
         self._user_states: dict[object, ClientSession] = {}
-        self._hears: ClientSession | None = None  # the last user who got output of TYPE
+        self._typed_to: ClientSession | None = None  # the last user who got output of TYPE
         self._typed_bytes = self._given_bytes = 0  # output of TYPE: bytes from the robot, and bytes given to clients
         self._at_prompt: dict[ClientSession, None] = {}
         self._away: dict[ClientSession, None] = {}  # clients without a connection, in the order of the cuts
-        super().__init__(name, plan, wake, audit, tell, robots, wall, self._driven, self._journal_lost)
+        super().__init__(name, plan, wake, audit, tell, robots, wall, self._tell_lease, self._journal_lost)
         self.console.outlets.append(self._take_message)
         self._meter = Meter(plan.allowance, wall())
         self._ran = False
@@ -90,7 +90,7 @@ class Room(ServedRobot):
         self._clock: messages.Clock | None = None
         self._activity: messages.Activity | None = None
         self._told_now = 0.0  # the robot's clock that was last sent to clients [s]
-        self.session.body.told.append(self._body_told)
+        self.session.body.told.append(self._tell_body_news)
         self.session.driver.lags, self.session.actor.spent = self._lags, self._charge
         self._pulled = messages.Pulled(self.session.pulled)
         self._pulled_at = wall()
@@ -125,7 +125,7 @@ class Room(ServedRobot):
         client.attach(link, hello)
         if came and (alarm := self.session.divergence.alarm) is not None:
             self._tell_alarm(alarm, (client,))
-        self._mind_idleness(now)
+        self._pause_if_idle(now)
         return client
 
     def _new(self, grant: Grant, hello: messages.Hello) -> ClientSession:
@@ -202,7 +202,7 @@ class Room(ServedRobot):
         track = tasks.get(tasks.current) or tasks.get(ROBOT_PROGRAM)
         by = track.driven_by if track is not None else self.session.user_state
         if isinstance(message, messages.Typed):
-            self._hears = self._user_states.get(by)
+            self._typed_to = self._user_states.get(by)
             self._typed_bytes += len(message.text) + FRAME_OVERHEAD_BYTES
         self._say(message, by)
 
@@ -220,7 +220,7 @@ class Room(ServedRobot):
         has received it.
         """
         return self._typed_bytes - self._given_bytes > HIGH_WATER_BYTES or (
-            self._hears is not None and not self.session.engine.realtime and self._hears.pace.lags(self.wall())
+            self._typed_to is not None and not self.session.engine.realtime and self._typed_to.pace.lags(self.wall())
         )
 
     def _charge(self, user_state: object, ticket: Ticket[Any], seconds: float) -> None:
@@ -228,7 +228,7 @@ class Room(ServedRobot):
         if (client := self._user_states.get(user_state)) is not None:
             client.spend(seconds, typing=client.types(ticket))
 
-    def _body_told(self, what: BodyNews) -> None:
+    def _tell_body_news(self, what: BodyNews) -> None:
         """Send orders to the body, and alarms to all clients; write alarms and resynchronisations into the audit."""
 
         def tell() -> None:
@@ -258,7 +258,7 @@ class Room(ServedRobot):
             client.tell(messages.Alarm(alarm))
             client.tell(messages.Told(Message(alarm_text(alarm), Tone.WARNING)))
 
-    def _driven(self, lease: RobotLease, notice: Notice | None) -> None:
+    def _tell_lease(self, lease: RobotLease, notice: Notice | None) -> None:
         """Inform all users that the lease has changed."""
         self.session.lease = self.binding(lease)
 
@@ -348,7 +348,7 @@ class Room(ServedRobot):
             driver.link.ping()
         if gone := self.driving.take_lapsed():
             self._driver_gone(gone)
-        self._mind_idleness(now)
+        self._pause_if_idle(now)
         session = self.session
         if session.running and not session.driver.awaited and (self._watch is None or self._watch.done()):
             self._watch = self._self.put(session.watch_over())  # keeps a program running after its user has left
@@ -382,7 +382,7 @@ class Room(ServedRobot):
         """Have the robot's thread call `act` between two requests."""
         self._self.put(quietly(lambda: act(self.session)), urgent=urgent)
 
-    def _mind_idleness(self, now: float) -> None:
+    def _pause_if_idle(self, now: float) -> None:
         """Pause a working robot that has had no users or viewers for `plan.idle` seconds; resume it when one comes."""
         if self.broadcast.is_watched:
             self._watched_at = now

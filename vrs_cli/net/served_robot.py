@@ -286,7 +286,7 @@ class ServedRobot:
         self.served_body = ServedBody(self.session.body, self.broadcast, wall)
         engine.measured.listeners.append(self._tell_measured)
         self._measured = wall() - 2 * SIZE_CHECK_S
-        self._grown: LimitReached | None = None  # the limit that the robot has reached, if any
+        self._limit_reached: LimitReached | None = None  # the limit that the robot has reached, if any
 
     def _course_teller(self) -> CourseTeller | None:
         """Return the thread that computes the course of the world (the states of parts and sensors over time); None
@@ -402,14 +402,14 @@ class ServedRobot:
     def _check(self) -> None:
         self.durable_log.check()
         if (now := self.wall()) - self._measured > SIZE_CHECK_S:
-            self._measured, self._grown = now, None
+            self._measured, self._limit_reached = now, None
             try:
                 check_growth(self.allowance, len(self.session.environment.kinds) + len(self.session.programs))
                 self.files.check_room()
             except LimitReached as error:
-                self._grown = error
-        if self._grown is not None:
-            raise self._grown
+                self._limit_reached = error
+        if self._limit_reached is not None:
+            raise self._limit_reached
 
     def may_always(self, line: str) -> bool:
         """Return whether a line is allowed when the robot is full: it only reads, stops the robot, or frees space."""
