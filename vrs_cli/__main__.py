@@ -11,7 +11,8 @@ from contextlib import suppress
 
 from vrs_cli.version import __version__
 
-COLLECT_AFTER = 100_000  # new objects that start a garbage collection; high, as objects loaded at start-up stay
+# new objects that start a garbage collection; high, because objects loaded at start-up are never freed
+COLLECT_AFTER = 100_000
 
 
 def process() -> None:

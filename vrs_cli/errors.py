@@ -8,15 +8,15 @@
     │   ├── PowerOff, TooLate, TooNear, LocationOutOfRange, JointOutOfRange, IllegalJoint
     │   ├── CollisionAhead
     │   └── StraightLineConfiguration, StraightLineSingular
-    ├── PathWithoutJoints     a straight line of a timeline from a file leaves the arm's reach
+    ├── PathWithoutJoints     a straight line in a loaded trajectory leaves the arm's reach
     ├── FileError             a file cannot be read or written
     ├── RequestRefused        a robot refuses to begin a request
     └── UsageError            a command or an option does not exist, or is used wrongly
 
 The code that raises an error gives the facts (`detail`), a correction (`hint`), and the numbers in both. The class has
-VAL-II's text and code. A hint has the words to type in braces: "{ABORT} stops it" is shown as "ABORT stops it" in the
-shell, and as "abort() stops it" in Python (see `METHODS`; a command without a method is shown as
-`do("CLOCK GO")`). Errors are immutable: `reworded` makes a new error.
+VAL-II's text and code. In a hint, braces enclose a command to type: "{ABORT} stops it" is shown as "ABORT stops it" in
+the shell, and as "abort() stops it" in Python (see `METHODS`; a command without a method is shown as `do("CLOCK GO")`).
+Errors are immutable: `reworded` makes a new error.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from contextlib import contextmanager
 from typing import Any, ClassVar, Final, Self
 
 Place = tuple[float, float, float]
-METHODS = {  # methods of `vrs_cli.api.robot`, by words or whole commands of the shell; `rest`: the text after the word
+METHODS = {  # the method of `vrs_cli.api.robot` for each word or whole command; `rest`: the text after the word
     "ABORT": "abort()",
     "AT": "at={rest}",
     "BRANCH": "branches",
@@ -49,9 +49,10 @@ _TYPED = re.compile(r"\{([A-Z][^{}]*)\}")
 class VrsError(Exception):
     """An error that a user can understand and correct. `str()` returns the whole message.
 
-    `value` is the wanted value, `lower` and `upper` are its bounds: in m and rad for the robot, otherwise as the user
-    writes them. `joint` counts from 1 (0: no single joint). `place`: the position of the tool tip in the robot's frame
-    [m]. `in_python`: the hint for callers of methods; empty if it equals `hint`.
+    `value` is the wanted value, `lower` and `upper` are its bounds: in m and rad for lengths and angles of the robot,
+    otherwise in the user's units. `joint`: the number of the joint, from 1 (0: not about a single joint). `place`: the
+    position of the tool tip in the robot's frame [m]. `in_python`: the hint for callers of methods; empty if it equals
+    `hint`.
     """
 
     code: ClassVar[int] = -1
@@ -113,7 +114,7 @@ class VrsError(Exception):
 
     @property
     def numbers(self) -> dict[str, float | Place]:
-        """Return the known ones among value, lower, upper, joint and place, by name."""
+        """Return those of `value`, `lower`, `upper`, `joint` and `place` that are known, by name."""
         given = {name: getattr(self, name) for name in ("value", "lower", "upper", "joint", "place")}
         return {name: number for name, number in given.items() if number is not None and (name, number) != ("joint", 0)}
 
@@ -144,7 +145,7 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
 
 @contextmanager
 def hints_for_python() -> Iterator[None]:
-    """Give errors raised in the `with` block the hints for callers of Python methods."""
+    """Give errors raised in the `with` block their hints for callers of Python methods (`in_python`)."""
     try:
         yield
     except VrsError as error:
@@ -188,11 +189,11 @@ class ArithmeticOverflow(ProgramError, code=-409, text="Arithmetic overflow"):
 
 
 class NegativeSquareRoot(ProgramError, code=-410, text="Negative square root"):
-    """The square root of a negative number is required."""
+    """The argument of a square root is negative."""
 
 
 class StringOverflow(ProgramError, code=-416, text="String variable overflow"):
-    """A string has more characters than a variable holds."""
+    """A string has more characters than a string variable can hold."""
 
 
 class UndefinedLabel(ProgramError, code=-412, text="Branch to undefined label"):
@@ -204,7 +205,7 @@ class StackOverflow(ProgramError, code=-413, text="Not enough program stack spac
 
 
 class TypeMismatch(ProgramError, code=-465, text="Variable type mismatch"):
-    """A value has another type than is required."""
+    """A value does not have the required type."""
 
 
 class UnknownKeyword(ProgramError, code=-424, text="Unknown keyword"):
@@ -228,7 +229,7 @@ class InvalidName(ProgramError, code=-455, text="Invalid program or variable nam
 
 
 class InvalidNumber(ProgramError, code=-456, text="Invalid number format"):
-    """A number is not written as VAL-II writes numbers."""
+    """A number is not in VAL-II's format."""
 
 
 class MissingParenthesis(ProgramError, code=-457, text="Missing parenthesis"):
@@ -260,7 +261,7 @@ class AmbiguousGrouping(ProgramError, code=56, text="Ambiguous grouping"):
 
 
 class OldMeaning(ProgramError, code=58, text="Taken as in VAL"):
-    """A warning: a form of the first VAL that has another meaning in VAL-II."""
+    """A warning: a statement that is read with its meaning in VAL, the predecessor of VAL-II."""
 
 
 class WordAsName(ProgramError, code=59, text="Word as a name"):
@@ -272,19 +273,19 @@ class HiddenStatement(ProgramError, code=62, text="Statement in a comment"):
 
 
 class AngleUnit(ProgramError, code=63, text="Angle in degrees"):
-    """A warning: an angle that looks like one in radians."""
+    """A warning: an angle that seems to be in radians; VAL-II uses degrees."""
 
 
 class LengthUnit(ProgramError, code=65, text="Length in millimetres"):
-    """A warning: a location whose coordinates look like metres."""
+    """A warning: a location whose coordinates seem to be in metres; VAL-II uses millimetres."""
 
 
 class TimeUnit(ProgramError, code=67, text="Time in seconds"):
-    """A warning: a time that looks like milliseconds."""
+    """A warning: a time that seems to be in milliseconds; VAL-II uses seconds."""
 
 
 class SpeedInPercent(ProgramError, code=69, text="Speed in percent"):
-    """A warning: a speed that looks like a fraction of full speed."""
+    """A warning: a speed that seems to be a fraction of full speed; VAL-II uses percent."""
 
 
 class UnreadStatus(ProgramError, code=68, text="Status of a file not read"):
@@ -304,7 +305,7 @@ class UnreachableCode(ProgramError, code=57, text="Unreachable code"):
 
 
 class PauseOfArm(ProgramError, code=60, text="Pause of the arm"):
-    """A warning: a DELAY, which holds only the arm, where the program itself should probably pause."""
+    """A warning: a DELAY, which stops only the arm, where the program itself should probably wait."""
 
 
 class WithoutEffect(ProgramError, code=61, text="No effect here"):
@@ -316,11 +317,11 @@ class NoProgramSpecified(ProgramError, code=-301, text="No program specified"):
 
 
 class ProgramNotExecutable(ProgramError, code=-307, text="Program not executable"):
-    """A program has bad lines."""
+    """A program cannot run, because some of its lines have errors."""
 
 
 class ProgramInterlocked(ProgramError, code=-308, text="Program interlocked"):
-    """A program on the stack of a task cannot be changed or deleted."""
+    """A program that a task is executing, or will return to after a CALL, cannot be changed or deleted."""
 
 
 class ProgramExists(ProgramError, code=-309, text="Program already exists"):
@@ -336,7 +337,7 @@ class TaskNotActive(ProgramError, code=-311, text="Program task not active"):
 
 
 class LimitReached(ProgramError, code=-414, text="Program limit reached"):
-    """A program was stopped by a limit of its run: time, steps, memory, or output."""
+    """A program was stopped because it reached a limit: time, steps, memory, or output."""
 
 
 class EndlessWait(LimitReached, code=-419, text="Endless wait"):
@@ -401,7 +402,7 @@ class LocationOutOfRange(MotionError, code=-610, text="Location out of range"):
 
 
 class StraightLineConfiguration(MotionError, code=-612, text="Straight-line motion can't alter configuration"):
-    """A straight line would end in another configuration."""
+    """A straight line would end in another configuration of the arm (such as LEFTY instead of RIGHTY)."""
 
 
 class StraightLineSingular(MotionError, code=-613, text="Straight-line motion too near a singularity"):
@@ -409,7 +410,8 @@ class StraightLineSingular(MotionError, code=-613, text="Straight-line motion to
 
 
 class PathWithoutJoints(VrsError, code=-693, text="No joints for a place on a straight line"):
-    """A straight line of a timeline from a file leaves the reach of the arm. (Code chosen by vrs, not by V+.)"""
+    """A straight line in a trajectory loaded from a file leaves the reach of the arm. (Code chosen by vrs, not by
+    V+.)"""
 
 
 class LocationTooFar(LocationOutOfRange, code=-619, text="Location too far"):
@@ -457,7 +459,7 @@ class UnitNotAttached(FileError, code=-516, text="Logical unit not attached"):
 
 
 class UnitAttached(FileError, code=-515, text="Device already attached"):
-    """Another task has a device that cannot be shared."""
+    """Another task has attached a device that cannot be shared."""
 
 
 class DeviceNotReady(FileError, code=-508, text="Device not ready"):
@@ -465,7 +467,7 @@ class DeviceNotReady(FileError, code=-508, text="Device not ready"):
 
 
 class NetworkClosed(FileError, code=-562, text="Network connection closed"):
-    """The other end of a connection does not answer or has closed it. (Public V+ programs test this code.)"""
+    """The other end of a connection does not answer or has closed it. (The code is that in public V+ programs.)"""
 
 
 class NetworkTimeout(FileError, code=-559, text="Network timeout"):
@@ -481,11 +483,11 @@ class NoDataReceived(FileError, code=-526, text="No data received"):
 
 
 class LineMissing(NoDataReceived):
-    """GETC needs the next line of logical unit `value`; the task asks for the line and repeats the step."""
+    """GETC needs the next line of logical unit `value`. The task requests the line and then repeats the step."""
 
 
 class FileOutside(FileError, code=-517, text="File outside the folder of the run"):
-    """A program names a file outside the folder of its run."""
+    """A program names a file outside the folder in which it may use files."""
 
 
 class RequestRefused(VrsError, code=-390, text="Request refused"):

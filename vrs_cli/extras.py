@@ -16,7 +16,8 @@ from vrs_cli.version import __version__
 
 V = TypeVar("V")
 
-MESH_PACKAGES = "pillow pycollada trimesh"  # extra `mesh`: for textures, DAE files, and all others
+# packages of the extra `mesh`: for textures, for DAE files, for all mesh files
+MESH_PACKAGES = "pillow pycollada trimesh"
 BUILT_PAGE = Path(__file__).resolve().parent / "page" / "built"
 
 
@@ -65,7 +66,8 @@ def _quote(word: str) -> str:
 
 # --- the user's cache -------------------------------------------------------------------------------------------------
 
-HASH_BYTES = 8  # hash before the data: marshal does not check data, and its format differs between Python releases
+# length of the hash before the data, which detects damage and data of another Python release; marshal does not
+HASH_BYTES = 8
 
 
 def cached(name: str, source: str, make: Callable[[], V]) -> V:

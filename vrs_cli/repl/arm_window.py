@@ -1,4 +1,4 @@
-"""Draw the arm with prompt-toolkit on the rows that the text below it leaves free."""
+"""Draw a picture of the arm on the terminal with prompt-toolkit, in the rows above the text."""
 
 from __future__ import annotations
 
@@ -31,9 +31,10 @@ if TYPE_CHECKING:
 
 
 RATE = 20.0  # [1/s] number of pictures per second
-MIN_PICTURE_ROWS = 10  # minimum height of a picture [rows]; a smaller picture is left out
+MIN_PICTURE_ROWS = 10  # [rows] minimum height of a picture; with less room no picture is drawn
 
-NEAR = 4  # maximum number of unchanged cells between two changed cells that are rewritten together with them
+# [columns] changed cells at most this far apart are written in one run; moving the cursor would cost more output
+NEAR = 4
 
 STYLES = {ink: colours.ink_style(ink) for ink in colours.Ink}
 ATTRIBUTES = {ink: Style([]).get_attrs_for_style_str(style) for ink, style in STYLES.items()}
@@ -43,7 +44,8 @@ Cell = tuple[str, colours.Ink]
 
 
 class ArmWindow(Container):
-    """A window with the picture of the arm. `below` returns the number of rows to leave free.
+    """A window with the picture of the arm. `look` returns the picture, `below` the number of rows to leave for the
+    text.
 
     The window gives prompt-toolkit the whole picture the first time and at the end. In between it writes the changed
     cells itself, before prompt-toolkit writes everything else. Otherwise prompt-toolkit would compare all cells, which
@@ -58,7 +60,7 @@ class ArmWindow(Container):
         self._lines: list[TextLine] = []  # the lines of the picture on the screen
 
     def reset(self) -> None:
-        """Do nothing, because each picture is drawn from the start."""
+        """Do nothing: each picture is drawn anew, so there is no state to reset."""
 
     def preferred_width(self, max_available_width: int) -> Dimension:
         return Dimension(preferred=max_available_width)
@@ -80,23 +82,25 @@ class ArmWindow(Container):
         if at.height < MIN_PICTURE_ROWS:
             return
         page = Page(at.width, colours=True, unicode=self._unicode, height=at.height + 1)
-        _, *lines = self._drawing.lines(self._look(), page)  # drop the first line: the text below repeats it
+        # drop the first line (time, tool position): the text below repeats it
+        _, *lines = self._drawing.lines(self._look(), page)
         app, where = get_app(), (at.xpos, at.ypos, at.width, at.height)
         before = app.renderer.last_rendered_screen
         if before is not None and where == self._where and len(lines) == len(self._lines) and not app.is_done:
             for number in range(len(lines)):
                 before.data_buffer.pop(
                     at.ypos + number, None
-                )  # make both screens equal, so that prompt-toolkit writes nothing
+                )  # now the old and the new screen are equal (empty) here, so prompt-toolkit writes nothing
             _rewrite(self._lines, lines, at, before.get_cursor_position(app.layout.current_window))
         else:
             if before is not None and self._where is not None:
-                _put(self._lines, before, *self._where[:2])  # the picture now on the screen
+                # tell prompt-toolkit what is on the screen, so that it erases it
+                _put(self._lines, before, *self._where[:2])
             _put(lines, screen, at.xpos, at.ypos)
         self._where, self._lines = where, lines
         screen.width, screen.height = max(screen.width, at.xpos + at.width), max(screen.height, at.ypos + at.height)
 
-    def get_children(self) -> Sequence[Container]:  # type: ignore[override]  # any sequence will do
+    def get_children(self) -> Sequence[Container]:  # type: ignore[override]  # callers only iterate over it
         return []
 
 
@@ -109,7 +113,7 @@ def _put(lines: Sequence[TextLine], screen: Screen, x: int, y: int) -> None:
 
 
 def _rewrite(before: Sequence[TextLine], lines: Sequence[TextLine], at: WritePosition, cursor: Point) -> None:
-    """Write the cells that have changed, and move the cursor back to its position."""
+    """Write the changed cells to the terminal, then move the cursor back to where it was."""
     app, y = get_app(), cursor.y
     out, depth = app.output, app.color_depth
     for number, (old, new) in enumerate(zip(before, lines, strict=True), at.ypos):
@@ -124,7 +128,7 @@ def _rewrite(before: Sequence[TextLine], lines: Sequence[TextLine], at: WritePos
 
 
 def _move(out: Output, down: int, x: int) -> None:
-    """Move the cursor down by some rows, and to column x."""
+    """Move the cursor down by `down` rows (negative: up), and to column `x`."""
     if down > 0:
         out.cursor_down(down)
     elif down < 0:
@@ -135,7 +139,8 @@ def _move(out: Output, down: int, x: int) -> None:
 
 
 def _changes(old: TextLine, new: TextLine) -> Iterator[tuple[int, list[Cell]]]:
-    """Yield each run of changed cells, as its first column and its cells."""
+    """Yield (first column, cells) for each run of changed cells in a line. Runs may include a few unchanged cells
+    (`NEAR`)."""
     if old == new:
         return
     cells = list(_cells(new))
@@ -157,10 +162,12 @@ def _cells(line: TextLine) -> Iterator[Cell]:
 
 
 class ArmScreen:
-    """The picture of a robot at the time `t` [s] (None: the current time), with text below it, until a key ends both.
+    """A screen with a robot's picture and text below it, which a key closes. `t`: returns the time to show [s]; None
+    shows the current time. `text`: returns the text.
 
-    `actions`: the function of each key, None for keys that leave. `over`: returns whether there is nothing more to
-    show. `abort`: the function of Ctrl-X. `world`: the cell around the robot.
+    `actions`: the function that each key calls; None for keys that close the screen. `over`: returns whether the screen
+    should close by itself. `abort`: the function that Ctrl-X calls. `world`: the robot's cell (parts, fixtures,
+    sensors).
     """
 
     def __init__(
@@ -186,7 +193,7 @@ class ArmScreen:
         self.app: Application[None] = Application(
             layout=Layout(HSplit([*above, below])), key_bindings=keys, color_depth=colour_depth()
         )
-        self.app.ttimeoutlen = 0.05  # [s] time after which Esc counts as a separate key
+        self.app.ttimeoutlen = 0.05  # [s] wait after Esc; then Esc is a key of its own, not the start of a key sequence
         self.app.key_processor.after_key_press += lambda _: self._look()
 
     @staticmethod

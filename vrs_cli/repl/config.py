@@ -20,8 +20,9 @@ _COLOUR = re.compile(r"#[0-9a-fA-F]{6}|")
 
 
 class Config(Struct, frozen=True):
-    """The settings of the shell. `pager`: true, false, or a command. `colours`: the colour of each kind of text.
-    `wrong`: the mistakes in the file."""
+    """The settings of the shell. `keys`: "emacs" or "vi". `pager`: whether long replies go through a pager, or the
+    pager's command. `suggestions`: whether to suggest the rest of a line from the history. `colours`: the colour of
+    each kind of text. `wrong`: messages about the mistakes in the settings file."""
 
     keys: str = "emacs"
     pager: bool | str = True
@@ -35,7 +36,7 @@ class Config(Struct, frozen=True):
 
 
 def config_path(environment: Mapping[str, str], platform: str = sys.platform) -> Path:
-    """Return the path of the settings on this platform. Raises RuntimeError if there is no home."""
+    """Return the path of the settings file on a platform. Raises RuntimeError if the user has no home folder."""
     if platform == "win32":
         folder = Path(environment.get("APPDATA") or Path("~/AppData/Roaming").expanduser())
     elif platform == "darwin":
@@ -47,7 +48,7 @@ def config_path(environment: Mapping[str, str], platform: str = sys.platform) ->
 
 
 def read_config(environment: Mapping[str, str]) -> Config:
-    """Read the settings. A missing or wrong setting gets its default."""
+    """Read the user's settings file. A missing or wrong setting gets its default."""
     try:
         path = config_path(environment)
         text = path.read_text(encoding="utf-8")
@@ -59,12 +60,12 @@ def read_config(environment: Mapping[str, str]) -> Config:
 
 
 def config_of(text: str, path: str) -> Config:
-    """Return the settings in a text."""
+    """Return the settings in the text of a settings file. `path`: the file's name in messages."""
     import tomllib
 
     try:
         given = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # for instance a number with 5000 digits, or deeply nested lists
+    except (ValueError, RecursionError) as error:  # the latter for deeply nested lists
         return Config(wrong=(f"{path} is no TOML: {error}",))
     good: dict[str, Any] = {}
     wrong = []
@@ -92,7 +93,7 @@ def _colours(value: object) -> str:
     return ""
 
 
-# functions that return what is wrong with a value, or "" if it is correct
+# for each setting, a function that returns what is wrong with a value, or "" if the value is valid
 SETTINGS: Mapping[str, Callable[[object], str]] = {
     "keys": lambda value: "" if value in ("emacs", "vi") else f'{value!r} is neither "emacs" nor "vi"',
     "pager": lambda value: (
@@ -116,11 +117,11 @@ def settings_text(config: Config) -> str:
 
 
 def state_folder(environment: Mapping[str, str]) -> Path:
-    """Return the folder for files that outlive a shell: `$XDG_STATE_HOME/vrs`, or `~/.local/state/vrs` if the variable
-    is not an absolute path.
+    """Return the folder for files that remain after a shell has ended: `$XDG_STATE_HOME/vrs`, or `~/.local/state/vrs`
+    if the variable is not an absolute path.
 
-    Its file `history` contains the typed lines, its folder `recovery` unsaved work of shells. Raises RuntimeError if
-    there is no home folder.
+    The file `history` in it contains the typed lines; the folder `recovery` contains unsaved work of shells. Raises
+    RuntimeError if there is no home folder.
     """
     state = environment.get("XDG_STATE_HOME", "")
     root = Path(state) if os.path.isabs(state) else Path("~/.local/state").expanduser()
@@ -128,7 +129,8 @@ def state_folder(environment: Mapping[str, str]) -> Path:
 
 
 class QuietHistory(FileHistory):
-    """A history file. If it cannot be written (a full disk), only the typed line is lost."""
+    """A file with the history of typed lines. If a line cannot be written (full disk), it is missing in the file,
+    without an error."""
 
     def store_string(self, string: str) -> None:
         with suppress(OSError):
@@ -138,7 +140,7 @@ class QuietHistory(FileHistory):
 def open_history(path: Path) -> tuple[History, str]:
     """Return the history in a file and "", or a history in memory and the reason why the file cannot be used."""
     try:
-        # nobody else may read the state of a user's programs (XDG Base Directory Specification)
+        # mode 700: other users must not read the state of a user's programs (XDG Base Directory Specification)
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with path.open("ab"):
             pass

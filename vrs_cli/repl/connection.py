@@ -1,5 +1,5 @@
-"""Use a robot over a connection: carry out lines that begin with a slash, which manage the connection, and show
-messages about the connection and the lease."""
+"""Run the shell with a robot behind a connection: carry out its slash commands (/who, /ask, /give, /release), and show
+messages about the connection and the lease (the right to drive the robot)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive,
 
 
 class Remote(Struct):
-    """A remote robot, with an open connection. `told`: called with messages about the connection."""
+    """A robot behind an open connection. `told`: called with each message about the connection."""
 
     port: Port
     told: Callable[[str], None]
@@ -33,7 +33,7 @@ class Remote(Struct):
 
 
 class ConnectionWords:
-    """The commands that begin with a slash, and the display of messages about the connection."""
+    """The slash commands of a shell with a remote robot, and the display of messages about its connection."""
 
     def __init__(self, front_end: FrontEnd) -> None:
         self.front_end, self._port, self._told = front_end, front_end.port, front_end.told
@@ -42,8 +42,8 @@ class ConnectionWords:
         front_end.hear_connection, front_end.opening = self.hear, self._begin
 
     def _begin(self) -> None:
-        """Request the state that the prompt shows; it arrives with the answer to the first request. Show the slash
-        commands and the user who drives."""
+        """On a terminal, send a first request: with its answer the state arrives that the prompt shows. Then show the
+        slash commands and the name of the user who drives."""
         if self._attended:
             self.front_end.answer()
             if not self._port.one_user:
@@ -53,7 +53,7 @@ class ConnectionWords:
 
     def take(self, text: str) -> bool:
         """Carry out a line if it begins with a slash. Return whether it does."""
-        if not text.startswith("/"):  # no line of VAL-II begins with a slash
+        if not text.startswith("/"):  # it is a line of VAL-II, where no line begins with a slash
             return False
         words = text[1:].split()
         match [words[0].lower() if words else "", *words[1:]]:
@@ -70,8 +70,8 @@ class ConnectionWords:
         return True
 
     def hear(self, message: ServerMessage) -> None:
-        """Show a message about the connection: that it is back, changes of the lease, or a text from a lesson or its
-        teacher."""
+        """Show a message about the connection: it was restored, the lease changed, or a lesson or a teacher sent a
+        text."""
         match message:
             case Welcome(resumed=resumed):
                 if not resumed:

@@ -1,5 +1,5 @@
-"""Connect a shell with its robot: exchange messages, and send the requests of a prompt and of full screens
-(suggestions, status, the drafts of SEE)."""
+"""Connect a shell with its robot: exchange messages, and send the requests of the prompt and of full-screen views
+(suggestions, status, programs that SEE edits)."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from vrs_cli.values import acts, diagnostics, questions
 from vrs_cli.values.hand import Look, Seen
 from vrs_cli.wire.messages import At, Complete, Completed, Done, Fetched, Get, Refused, ServerMessage
 
-AT_ONCE = 1.0  # [s] maximum time to wait for an answer after a key
-COMING_BACK = 60.0  # [s] maximum time to wait for a file, or for the answer to a save
+AT_ONCE = 1.0  # [s] maximum wait for an answer while the user types
+COMING_BACK = 60.0  # [s] maximum wait for a file of the robot, or for the answer when a program is saved
 
 
 class FrontEnd(loop.Exchange):
-    """The exchange of a shell, extended by the requests of a prompt and full screens: suggestions, status, pictures."""
+    """The exchange between a shell and its robot, with the requests of the prompt and of full-screen views:
+    suggestions, status, pictures."""
 
     def __init__(self, terminal: Terminal, port: Port, told: Callable[[str], None]) -> None:
         super().__init__(terminal, port, told)
@@ -37,12 +38,13 @@ class FrontEnd(loop.Exchange):
         return self._status
 
     def signature(self, text: str, *, steps: bool = False) -> Signature | None:
-        """Return the signature of the word that was typed last. `steps`: read the text as a step of a program in any
-        case."""
+        """Return the signature (syntax and summary) of the last typed word. `steps`: read the text as a step of a
+        program even if no program is being typed."""
         return signature(text, self.port.program, at_prompt=not (self._status.in_program or steps))
 
     def suggestions(self, text: str, everything: bool) -> list[questions.Suggestion]:
-        """Return words that may follow a text. If the robot is in this process, its internal errors are raised here."""
+        """Return words that may complete or follow a typed text. `everything`: return them even if no word has been
+        started. Raises the internal errors of a robot in this process."""
         end = self.end_of(lambda id: Complete(id, text, everything))
         if isinstance(end, Refused):
             end.refusal.error()
@@ -59,28 +61,30 @@ class FrontEnd(loop.Exchange):
         return self.port.take(found, seconds)
 
     def rest(self) -> float:
-        """Return the time until the next visible change [s], if no message arrives before."""
+        """Return the time to wait before the next update of the screen [s]; a message may end the wait earlier."""
         now = self.status()
         return min(max(self.port.due, piped.MIN_WAIT_S), piped.KEEPING_UP if now.clock < now.end else piped.RESTING)
 
     # --- full screens ---
 
     def hand(self, question: questions.Jogging) -> FarHand:
-        """Return the control of the arm for JOG. Raises RequestRefused if the robot does not answer."""
+        """Return the object through which JOG moves the arm. Raises RequestRefused if the robot does not answer."""
         seen = self.end_of(lambda id: At(id, Look()))
         if not isinstance(seen, Done) or not isinstance(seen.found, Seen):
             raise RequestRefused("the robot does not answer", "JOG again")
         return FarHand(self.begin, question.joints, question.units, seen.found)
 
     def begin(self, make: MakeRequest, outlet: Outlet) -> int:
-        """Send a request in addition to the awaited request, and carry out all due actions."""
+        """Send a request, possibly while another one is awaited, and carry out all due actions. Return the request's
+        number."""
         id = self.port.begin(make, outlet)
         self.keep_up()
         self.after()
         return id
 
     def recording(self, question: questions.Playing) -> Recording:
-        """Return the trajectory for REPLAY. Its file is fetched unless the robot is in this process."""
+        """Return the trajectory that REPLAY plays. Fetch its file first if the robot is not in this process. Raises
+        RequestRefused if the file does not arrive."""
         if isinstance(self.port.on_screen, Recording):
             return self.port.on_screen
         fetched = self.end_of(lambda id: Get(id, question.path), COMING_BACK)
@@ -92,7 +96,7 @@ class FrontEnd(loop.Exchange):
             return read_trajectory(path)
 
     def watched_robot(self) -> position.Watched | None:
-        """Return the robot, to watch it while it moves; None if it cannot be watched."""
+        """Return the robot's timeline and clock, to draw the moving arm; None if the robot refuses."""
         try:
             return self.port.follow()
         except RequestRefused:
@@ -100,34 +104,34 @@ class FrontEnd(loop.Exchange):
 
 
 class Place(Protocol):
-    """Where a shell's robot runs, and how the shell reaches it."""
+    """The place where a shell's robot runs (this process or a server), and the way to reach the robot."""
 
     @property
     def lives(self) -> bool:
-        """Whether the robot continues while a line is typed."""
+        """Whether the robot keeps running in real time while the user types a line."""
 
     @property
     def waits(self) -> bool:
-        """Whether the shell shows or asks something before the first line."""
+        """Whether the first prompt must wait for the robot, because the shell first shows or asks something."""
 
     @property
     def remote(self) -> bool:
-        """Whether answers take time, because the robot is behind a connection."""
+        """Whether the robot is behind a connection, so that answers take time."""
 
     @property
     def banner(self) -> str:
         """The text before the first prompt on a terminal; "" for none."""
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
-        """Make the front end of the shell. Raises VrsError."""
+        """Return the shell's front end, which connects the terminal with the robot. Raises VrsError."""
 
 
-Found = Callable[[tuple[diagnostics.Diagnostic, ...]], None]  # a function that is called with the mistakes in a text
+Found = Callable[[tuple[diagnostics.Diagnostic, ...]], None]  # a function that receives the mistakes found in a text
 
 
 class DraftPage:
-    """The program of SEE while it is edited. Only one text is checked at a time; after that the latest text is
-    checked."""
+    """The program that SEE edits. The robot checks one version of the text at a time, and after it the latest
+    version."""
 
     def __init__(self, question: questions.Editing, front_end: FrontEnd) -> None:
         self.name, self.text, self.row, self.dialect = question.name, question.text, question.row, question.dialect
@@ -136,7 +140,8 @@ class DraftPage:
         self._looking = False
 
     def look(self, text: str, found: Found) -> None:
-        """Check a text, and call `found` with its mistakes, either at once or when they arrive."""
+        """Let the robot check a text, and call `found` with the mistakes when they are known. Wait if another check is
+        running."""
         self._latest = text, found
         if not self._looking:
             self._send()
@@ -154,11 +159,12 @@ class DraftPage:
 
         try:
             self._front_end.begin(lambda id: At(id, acts.ReadDraft(text)), hear)
-        except RequestRefused:  # without a connection, only the next change of the text is checked
+        except RequestRefused:  # there is no connection: try again when the text changes
             self._looking = False
 
     def save(self, text: str) -> str:
-        """Store the program. Return the robot's message. Raises VrsError."""
+        """Store the program in the robot's memory. Return the robot's message. Raises VrsError if the robot refuses the
+        text."""
         end = self._front_end.end_of(lambda id: At(id, acts.KeepDraft(text)), COMING_BACK)
         if end is not None:
             check_end(end)

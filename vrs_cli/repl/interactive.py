@@ -1,7 +1,8 @@
 """Run the shell on a terminal with prompt-toolkit: it reads lines at a prompt and shows the robot's state below the
 prompt.
 
-Only prompt-toolkit is imported before the first prompt appears. Meanwhile a thread prepares the robot and the language.
+Only prompt-toolkit is imported before the first prompt appears, so that it appears fast. Then a thread prepares the
+robot and the language.
 """
 
 from __future__ import annotations
@@ -49,7 +50,8 @@ DROPPED = "The line is dropped"
 
 
 def make_terminal(place: Place, read: Callable[[str], str], config: Config) -> ShellTerminal:
-    """Return the terminal of a shell, with the front end as its `screens`."""
+    """Return the terminal of a shell, with its front end (the link to the robot) in `screens`. `read`: asks the user
+    for a line."""
     from vrs_cli.language.text import parser
     from vrs_cli.render.console import TerminalRenderer
     from vrs_cli.repl.terminal import ShellTerminal, pager_of
@@ -59,7 +61,7 @@ def make_terminal(place: Place, read: Callable[[str], str], config: Config) -> S
     terminal.vi = config.keys == "vi"
     terminal.whole_lines = place.lives
     terminal.screens = place.front_end(terminal)
-    parser.parse_prompt("WHERE")  # prepare the parser before the first key is pressed
+    parser.parse_prompt("WHERE")  # load the parser now, so that the first pressed key does not wait for it
     return terminal
 
 
@@ -67,7 +69,8 @@ def make_terminal(place: Place, read: Callable[[str], str], config: Config) -> S
 
 
 class BackgroundValue(Generic[V]):
-    """A value computed in a thread. `ready` never waits. `wait` waits, and raises any error of the computation."""
+    """A value that `make` computes in a thread. `ready` never waits; `wait` does, and raises the error if the
+    computation failed. `when_ready`: called when the computation has ended."""
 
     def __init__(self, make: Callable[[], V], when_ready: Callable[[], None] = lambda: None) -> None:
         self._make, self._when_ready = make, when_ready
@@ -88,7 +91,7 @@ class BackgroundValue(Generic[V]):
 
     @property
     def ready(self) -> V | None:
-        """The value, or None if it has not been computed yet."""
+        """The value, or None if it has not been computed yet or the computation failed."""
         return self._value.result() if self._value.done() and self._value.exception() is None else None
 
     def wait(self) -> V:
@@ -101,7 +104,7 @@ class BackgroundValue(Generic[V]):
 
 
 class ValCompleter(Completer):
-    """The completer of the prompt. It suggests nothing before the word tables are ready, or if the search fails."""
+    """The completer of the prompt. It suggests nothing until the tables of words are loaded, or if the search fails."""
 
     def __init__(self, ready: Callable[[], ShellTerminal | None]) -> None:
         self._ready = ready
@@ -120,11 +123,11 @@ class ValCompleter(Completer):
 
 
 class Shell:
-    """The reader of lines at a prompt for `run_loop`. Neither wrong lines nor Ctrl-C end it."""
+    """The prompt on a terminal, from which `run_loop` reads lines. It continues after wrong lines and after Ctrl-C."""
 
     def __init__(self, place: Place) -> None:
         self.place = place
-        self._status: PromptStatus | None = None  # the last known state of the robot
+        self._status: PromptStatus | None = None  # the robot's state when it was last read
         history, note = open_history(state_folder(os.environ) / "history")
         self._answers: PromptSession[str] | None = None
         self._pages = False  # whether the last input was a single line, so that long replies may go through a pager
@@ -152,13 +155,13 @@ class Shell:
             vi_mode=config.keys == "vi",
             enable_suspend=True,
         )
-        # history search with Up does not disturb the completion menu: see `key_bindings`
+        # set here, because with this option of PromptSession no completions would appear while typing
         self.prompts.default_buffer.enable_history_search = to_filter(True)
         self.prompts.app.before_render += self._before_render
         self.prompts.app.after_render += lambda _app: self.terminal_maker.begin()
 
     def run(self) -> int:
-        """Run until EXIT, QUIT or Ctrl-D. Return the exit status."""
+        """Run the shell until EXIT, QUIT or Ctrl-D. Return the exit status."""
         if self.place.banner:
             print(self.place.banner)
         for note in self.notes:
@@ -179,7 +182,7 @@ class Shell:
 
     @property
     def _hung_up(self) -> bool:
-        """Whether the terminal is gone. Its user has not chosen to leave, and cannot be asked anything."""
+        """Whether the terminal was closed. The user did not choose to leave, and cannot be asked anything."""
         return self.prompts.app.input.closed
 
     # --- the interface for `run_loop` ---
@@ -187,8 +190,8 @@ class Shell:
     def read(self) -> str | None:
         """Return the next line, QUESTION if a program asks, or None if the user leaves.
 
-        Ctrl-C drops the typed line. If the prompt is empty, Ctrl-C leaves a program that is being typed, or stops the
-        running program.
+        Ctrl-C drops the typed line. If no text is typed, Ctrl-C ends the entry of a program, or stops the running
+        program.
         """
         while True:
             try:
@@ -216,8 +219,8 @@ class Shell:
         return _interruptible(terminal)
 
     def goes_on(self) -> bool:
-        """Finish a line. Report that lines typed during a loss of connection were not sent, and keep them in the
-        history. Return whether the user stays."""
+        """Finish a line. If the connection was lost meanwhile, report that the lines typed since then were not sent,
+        and keep them in the history. Return whether the user stays."""
         terminal = self.terminal_maker.wait()
         terminal.end_progress()
         for line in typed_ahead(self.prompts.app.input) if terminal.screens.was_cut() else ():
@@ -226,8 +229,8 @@ class Shell:
         return not terminal.leaving
 
     def _prompt(self, prompts: PromptSession[str], message: Callable[[], str] | str, default: str = "") -> str:
-        """Return a typed line. In real time the robot continues meanwhile, and the output of programs appears above the
-        prompt."""
+        """Return a line typed at a prompt. In real time the robot keeps running while the user types, and the output of
+        its programs appears above the prompt."""
         if not self.place.lives:
             return prompts.prompt(message, default=default)
 
@@ -239,7 +242,8 @@ class Shell:
             return prompts.prompt(message, default=default, pre_run=keep_up)
 
     async def _keep_up(self, prompts: PromptSession[str]) -> None:
-        """Redraw the state when it changes; while the robot is at rest, redraw the time at intervals."""
+        """While a prompt is open, carry out due actions. Redraw the toolbar when the robot's state changes, and at
+        least every `RESTING` seconds for the time."""
         shown, drawn, woken, loop = "", -inf, asyncio.Event(), asyncio.get_running_loop()
         while True:
             terminal = self.terminal_maker.ready
@@ -256,7 +260,8 @@ class Shell:
                 self._redraw()
 
     def _turn_to_question(self, front_end: FrontEnd, prompts: PromptSession[str]) -> None:
-        """Switch from an empty prompt to a program's question, or back if the question no longer needs an answer."""
+        """Switch from an empty prompt to a program's question, or back to the prompt if the question no longer needs an
+        answer."""
         idle = prompts is self.prompts and not prompts.default_buffer.text and bool(front_end.status().asked)
         withdrawn = prompts is not self.prompts and front_end.question_is_withdrawn
         if (idle or withdrawn) and not prompts.app.is_done:
@@ -264,19 +269,20 @@ class Shell:
             prompts.app.exit(result=piped.QUESTION if idle else "")
 
     def _send_abort(self) -> None:
-        """Stop the robot, whatever it is doing. Safe in a signal handler."""
+        """Stop the robot and its programs at once. A signal handler may call this method."""
         if self.terminal_maker.ready is not None:
             self.terminal_maker.ready.screens.abort()
 
     def _abort(self) -> None:
-        """Abort at a prompt (Ctrl-X). The typed line stays; the output above it names the stopped programs."""
+        """Stop the robot while a prompt is open (Ctrl-X). The typed line stays; the output above it names the stopped
+        programs."""
         if self.terminal_maker.ready is not None:
             self._send_abort()
             run_in_terminal(self.terminal_maker.ready.screens.keep_up)
 
     def _leave_entry(self) -> bool:
-        """Leave or continue the program that is being typed (Ctrl-C or Ctrl-D). Return False if no program is being
-        typed."""
+        """Drop the program that is being typed, unless the user wants to continue (after Ctrl-C or Ctrl-D). Return
+        False if no program is being typed."""
         terminal, status = self.terminal_maker.ready, self._look()
         if terminal is None or status is None or self._hung_up or not status.in_program:
             return False
@@ -285,7 +291,8 @@ class Shell:
         return True
 
     def _leave(self) -> bool:
-        """Leave as EXIT does (Ctrl-D). If the terminal is gone, leave at once. Return whether the user leaves."""
+        """End the shell like EXIT (after Ctrl-D); without a question if the terminal was closed. Return whether the
+        user leaves."""
         terminal = self.terminal_maker.ready
         if terminal is None or self._hung_up:
             return True
@@ -299,7 +306,7 @@ class Shell:
         self._look()
 
     def _look(self) -> PromptStatus | None:
-        """Return the state to be shown; None while the robot is being prepared."""
+        """Read and return the robot's state for the prompt; None while the robot is being prepared."""
         terminal = self.terminal_maker.ready
         self._status = None if terminal is None else terminal.screens.status()
         return self._status
@@ -308,7 +315,7 @@ class Shell:
         return IDLE if self._status is None else self._status.prompt
 
     def _toolbar(self) -> StyleAndTextTuples:
-        """Return the toolbar's contents: the signature of the typed word, if it has one, then the robot's state."""
+        """Return the toolbar's contents: the syntax of the typed word, if it is known, then the robot's state."""
         state: StyleAndTextTuples = [("", self._state())]
         if self.terminal_maker.ready is None:
             return state
@@ -319,7 +326,7 @@ class Shell:
         return state if found is None else [*prompt.signature_row(found, width), ("", "\n"), *state]
 
     def _help(self, document: Document) -> None:
-        """Show the help on the word at the cursor above the prompt (F1)."""
+        """Show the help on the word at the cursor, above the prompt (F1)."""
         run_in_terminal(partial(self.terminal_maker.wait().screens.take, f"? {prompt.asked_about(document)}"))
 
     def _state(self) -> str:
@@ -335,7 +342,8 @@ class Shell:
         self.prompts.app.invalidate()
 
     def _answer(self, question: str) -> str:
-        """Return a line for PROMPT and `Change?`. These lines have a separate history."""
+        """Ask a question, such as that of PROMPT or `Change?`, and return the typed answer. Answers have a separate
+        history."""
         if self._answers is None:
             self._answers = PromptSession(
                 history=InMemoryHistory(),
@@ -350,13 +358,13 @@ class Shell:
 
 @contextmanager
 def _interruptible(terminal: ShellTerminal) -> Iterator[None]:
-    """Let Ctrl-C stop the command that is being carried out for the user."""
+    """Let Ctrl-C stop the user's command that the block carries out."""
     with interrupt.stoppable(terminal.interrupt), without_echo(signals=True):
         yield
 
 
 async def wait_or_wake(woken: asyncio.Event, seconds: float) -> None:
-    """Wait for some time [s], or until `woken` is set."""
+    """Wait for `seconds` [s], or until `woken` is set; then clear `woken`."""
     with suppress(TimeoutError):
         async with asyncio.timeout(seconds):
             await woken.wait()
@@ -364,21 +372,21 @@ async def wait_or_wake(woken: asyncio.Event, seconds: float) -> None:
 
 
 def _soon(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:
-    """Call a function in the event loop of a prompt, from any thread. Do nothing if the prompt is closed."""
+    """Schedule a call of `act` in the event loop of a prompt, from any thread. Do nothing if the prompt is closed."""
     with suppress(RuntimeError):
         loop.call_soon_threadsafe(act)
 
 
-ABORT_KEY = b"\x18"  # Ctrl-X: all keyboards have this key, and few programs use it
+ABORT_KEY = b"\x18"  # Ctrl-X, which aborts: all keyboards have this key, and few programs use it
 
 
 @contextmanager
 def without_echo(*, signals: bool) -> Iterator[None]:
-    """Switch off the terminal's echo. `signals`: whether Ctrl-C and Ctrl-X send signals; otherwise they are keys for
-    the next prompt."""
+    """Switch off the terminal's echo during the block. `signals`: whether Ctrl-C and Ctrl-X send signals; otherwise the
+    next prompt reads them as keys."""
     try:
         import termios
-    except ImportError:  # Windows echoes only text that is being read
+    except ImportError:  # on Windows the terminal echoes only while a program reads
         yield
         return
     try:
@@ -395,13 +403,13 @@ def without_echo(*, signals: bool) -> Iterator[None]:
     try:
         yield
     finally:
-        with suppress(termios.error):  # the terminal may be gone
+        with suppress(termios.error):  # the terminal may be closed
             termios.tcsetattr(sys.stdin, termios.TCSANOW, before)
 
 
 def typed_ahead(source: Input) -> list[str]:
-    """Return the lines that were typed in advance for the next prompt, without blank ones, and remove them from the
-    input. The last line may be unfinished."""
+    """Remove from the terminal's input the lines that were typed before the next prompt, and return those that are not
+    blank. The last line may be unfinished."""
     keys = get_typeahead(source)
     with source.raw_mode():
         while more := source.read_keys():
@@ -411,7 +419,7 @@ def typed_ahead(source: Input) -> list[str]:
 
 
 def _text(pressed: KeyPress) -> str:
-    """Return the text that a key adds to a line."""
+    """Return the text that a key adds to a line; "" for a control key."""
     if pressed.key in (Keys.ControlM, Keys.ControlJ):
         return "\n"
     return pressed.data if pressed.key is Keys.BracketedPaste or len(pressed.key) == 1 else ""

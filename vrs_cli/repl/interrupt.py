@@ -1,5 +1,5 @@
-"""Handle Ctrl-C, Ctrl-X, and the signals that end a process (SIGTERM, SIGHUP) while something is carried out; set
-alarms."""
+"""Handle Ctrl-C, Ctrl-X, and the signals that end a process (SIGTERM, SIGHUP) during a piece of work, and set timers
+that send a signal."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ ENDINGS = tuple(number for number in SAID if number != signal.SIGINT)
 
 
 class Ended(KeyboardInterrupt):
-    """The exception for a signal that ends the process: all work that Ctrl-C would stop is stopped, and no new work is
-    started. `status`: the exit status in the form that shells use."""
+    """The exception for a signal that ends the process (not Ctrl-C). It stops the same work as Ctrl-C; then no new work
+    begins. `status`: the exit status, 128 + the signal's number as in shells."""
 
     def __init__(self, number: int) -> None:
         super().__init__(SAID[number])
@@ -25,11 +25,12 @@ class Ended(KeyboardInterrupt):
 
 
 class Stoppable:
-    """The signal handler for a piece of work. At the first signal, `stop` may let the work end by itself. A second
-    signal, or a signal while the work is `waiting` for something outside, interrupts it with KeyboardInterrupt.
+    """The signal handler for a piece of work. At the first signal it calls `stop`, which returns whether the work will
+    now end by itself. If not, or at a second signal, or while the work is `waiting` for something outside this process,
+    it raises KeyboardInterrupt (or Ended) in the work.
 
-    `number`: the number of the signal that has arrived; a signal that ends the process replaces Ctrl-C. Ignored signals
-    stay ignored.
+    `number`: the first signal that arrived, None before; a later signal that ends the process replaces it. Signals that
+    the process ignores stay ignored.
     """
 
     def __init__(self, stop: Callable[[], bool]) -> None:
@@ -54,7 +55,7 @@ class Stoppable:
 
     @contextmanager
     def broken_off(self) -> Iterator[None]:
-        """Let a signal end a wait for something outside this process immediately, without an error."""
+        """Let a signal end the block, which waits for something outside this process, at once and without an error."""
         self.waiting = True
         try:
             yield
@@ -72,8 +73,8 @@ class Stoppable:
 
 @contextmanager
 def stoppable(interrupt: Callable[[], bool]) -> Iterator[None]:
-    """Let Ctrl-C stop the running program. A second Ctrl-C, or one without a running program, interrupts the present
-    work. A signal that ends the process does so after the work has stopped.
+    """Let Ctrl-C stop the running program. A second Ctrl-C, or one without a running program, interrupts the current
+    work. A signal that ends the process takes effect after the work has stopped.
 
     `interrupt` stops a program, and returns whether one was running.
     """
@@ -86,7 +87,8 @@ def stoppable(interrupt: Callable[[], bool]) -> Iterator[None]:
 def _handling(
     numbers: Iterable[int], handler: Callable[[int, FrameType | None], None], *, ignored_too: bool = False
 ) -> Iterator[None]:
-    """Handle signals in the main thread. `ignored_too`: also handle signals that are now ignored."""
+    """Call `handler` for these signals during the block; do nothing outside the main thread. `ignored_too`: also handle
+    signals that the process ignores so far."""
     before = {}
     if threading.current_thread() is threading.main_thread():
         heard = [number for number in numbers if ignored_too or signal.getsignal(number) is not signal.SIG_IGN]
@@ -99,7 +101,7 @@ def _handling(
 
 
 def ending() -> AbstractContextManager[None]:
-    """Make signals that end the process raise Ended, wherever they arrive."""
+    """Raise Ended at any point of the block where a signal arrives that ends the process."""
 
     def end(number: int, _frame: FrameType | None) -> None:
         raise Ended(number)
@@ -130,8 +132,8 @@ async def signal_comes() -> int:
 
 
 def aborting(abort: Callable[[], None]) -> AbstractContextManager[None]:
-    """Call `abort` at SIGQUIT, which Ctrl-X sends while a line is carried out (`without_echo`). Windows has no such
-    signal."""
+    """Call `abort` at SIGQUIT, which Ctrl-X sends while a line is carried out (`without_echo`). Windows has no
+    SIGQUIT."""
     quit = [signal.SIGQUIT] if hasattr(signal, "SIGQUIT") else []
     return _handling(quit, lambda _number, _frame: abort(), ignored_too=True)
 
@@ -140,8 +142,8 @@ def aborting(abort: Callable[[], None]) -> AbstractContextManager[None]:
 def alarm(
     number: int, timer: int, seconds: float, handler: Callable[[int, FrameType | None], None], interval: float = 0.0
 ) -> Iterator[None]:
-    """Call `handler` with the signal `number` after this time on a timer of the system [s], and then after each
-    interval, if one is given. At the end of the block, stop the timer. Windows has no such timers."""
+    """Call `handler` when the system's timer `timer` sends the signal `number`: after `seconds` [s], and then every
+    `interval` [s] (0: only once). Stop the timer at the end of the block. Windows has no such timers."""
     before = signal.signal(number, handler)
     signal.setitimer(timer, seconds, interval)
     try:

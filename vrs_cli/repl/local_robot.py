@@ -1,4 +1,4 @@
-"""Make the robot of a shell in this process, with the features that only such a robot has: a transcript (LOG), a
+"""Create a shell's robot in this process, with features that remote robots do not have: a transcript (LOG), a
 trajectory file (`--save`) and a recovery file."""
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ if TYPE_CHECKING:
     from vrs_cli.render.documents import Transcript
 
 
-ROBOT = "; robot: "  # the first line of a recovery file names its robot
+ROBOT = "; robot: "  # begins the first line of a recovery file, which names its robot
 # if writing the recovery file took more than SLOW [s], wait REST times that duration before the next write
 SLOW, REST = 0.1, 10.0
 NOUNS = {".LOCATIONS": "location", ".REALS": "real", ".DOUBLES": "real", ".STRINGS": "string"}
 
 
 class ShellRobot:
-    """A robot of this process with its front end for a terminal. The arguments after `terminal` are as in `Local`.
-    Raises VrsError."""
+    """A robot in this process, with the front end that connects it with a terminal. The arguments after `terminal` are
+    the fields of `shell.Local`. Raises VrsError."""
 
     def __init__(
         self,
@@ -89,7 +89,7 @@ class ShellRobot:
             self._terminal.log_typed(self.port.status().prompt, text)
 
     def _keep(self) -> None:
-        """Write everything that exists only in memory to the recovery file."""
+        """Write unsaved programs and variables to the recovery file."""
         try:
             if self._recovery_writer is not None:
                 self._recovery_writer.keep()
@@ -127,8 +127,8 @@ class LoggedTerminal:
         return self._terminal.attended
 
     def log(self, path: Path | None) -> Path | None:
-        """Write the transcript to a file from now on, or with None to no file. Return the path of the previous file, or
-        None. Raises FileError."""
+        """End the current transcript, and begin a new one in the file `path` (None: none). Return the path of the
+        previous file, or None. Raises FileError if the new file cannot be written."""
         from vrs_cli.render.documents import Transcript
 
         before, self.transcript = self.transcript, None
@@ -190,8 +190,8 @@ class LoggedTerminal:
 
 
 class RecoveryWriter:
-    """The writer of a conversation's recovery file: writes unsaved programs and variables after each line that changes
-    them."""
+    """The writer of a shell's recovery file. After each line that changes something, it writes all unsaved programs and
+    variables."""
 
     def __init__(
         self,
@@ -206,7 +206,8 @@ class RecoveryWriter:
         self._not_before = 0.0
 
     def keep(self) -> None:
-        """Write all unsaved work to the file, or remove the file if nothing is unsaved."""
+        """Write all unsaved work to the file, or remove the file if nothing is unsaved. After a slow write, skip the
+        next ones."""
         session, unfinished = self._conversation.session, self._conversation.unfinished_text
         if not (unfinished or session.unstored.programs() or session.unstored.items()):
             self.forget()
@@ -256,13 +257,13 @@ class RecoveryWriter:
 
 
 class Recorder:
-    """The trajectory file of `--save`. It is read at once, so that a wrong file is refused before the first prompt.
-    Raises FileError."""
+    """The trajectory file that `--save` names. An existing file is read at once, so that a wrong file is refused before
+    the first prompt. Raises FileError."""
 
     def __init__(self, path: str) -> None:
         self.path = path
         self._journal: journal.Journal | None = None
-        self._show: Callable[[Reply], None] | None = None  # a function that shows errors
+        self._show: Callable[[Reply], None] | None = None  # shows a message about an error
         with reading(path) as progress:
             self._taken = journal.take_up(Path(path), progress)
 
@@ -272,8 +273,8 @@ class Recorder:
         return None if self._taken.recording is None else self._taken.recording.model
 
     def begin(self, session: Session, terminal: Terminal) -> Message:
-        """Begin to write the file, and return a message about it. `terminal`: shows errors after the end of the
-        session. Raises UsageError for a file of another robot, FileError."""
+        """Start to record a session in the file, and return a message about it. `terminal`: shows errors after the
+        session has ended. Raises UsageError if the file belongs to another robot, FileError if it cannot be written."""
         engine, recording = session.engine, self._taken.recording
         self._show, self._terminal = session.terminal.show, terminal
         self._journal = journal.keep_journal(self._taken, session.engine, self._tell)
@@ -290,7 +291,7 @@ class Recorder:
             self._show(Message(text, Tone.ERROR))
 
     def close(self) -> bool:
-        """Close the file, so that others may write it. Return whether it is complete."""
+        """Close the file, so that other processes may write it. Return whether all changes are in it."""
         if self._journal is None:
             self._taken.close()
             return True

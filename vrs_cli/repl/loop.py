@@ -2,11 +2,11 @@
 leaves.
 
 `run_loop` reads lines, at a prompt or from a pipe, and passes each to `Exchange.take`. The exchange sends the line to
-the port of the robot and receives messages (`_hear`), shows replies and asks questions at the terminal, until the line
-is completed. Ctrl-C stops the line that is being carried out (`interrupt`), Ctrl-X the robot (`abort`). Between lines,
-`keep_up` shows messages that arrive without a request.
+the robot's port (the interface for requests to a robot), receives messages (`_hear`), shows replies and asks questions
+at the terminal, until the robot has completed the line. Ctrl-C stops the line that is being carried out (`interrupt`),
+Ctrl-X the robot (`abort`). Between lines, `keep_up` shows messages that arrive without a request.
 
-No line is sent twice: if the connection was cut while a line was on its way, the user is informed of the outcome.
+No line is sent twice: if the connection was cut while a line was on its way, a message says what became of it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from vrs_cli.values.replies import Farewell, Message, Reply, Tone, is_error, ref
 from vrs_cli.wire import messages
 from vrs_cli.wire.messages import Abort, Asked, At, Done, How, Line, Refused, ServerMessage
 
-MAX_CHARS = 50_000  # maximum number of characters of one message over a connection
+MAX_CHARS = 50_000  # maximum length of a message over a connection; longer pasted text is sent in several messages
 
 
 class LineReader(Protocol):
@@ -69,8 +69,8 @@ def run_loop(reader: LineReader, exchange: Exchange, line: str | None) -> None:
 class PlainTerminal:
     """A terminal without a person: writes replies and the output of programs to one stream, in order.
 
-    `lines`: the input, which also answers questions. A line that is not an answer is read again, as a command.
-    `failed`: whether a command could not be carried out. `leaving`: whether EXIT was given.
+    `lines`: the input, which also contains the answers to questions. A line that is not a valid answer is carried out
+    as a command. `failed`: whether a command could not be carried out. `leaving`: whether EXIT was given.
     """
 
     attended = False
@@ -99,11 +99,11 @@ class PlainTerminal:
         self.stream.write(for_stream(text, self.stream))
 
     def progress(self, doing: Running | Reading) -> None:
-        """Do nothing, because nobody watches."""
+        """Do nothing: nobody watches the progress."""
 
     def ask(self, question: Question) -> Answer:
-        """Return the answer in the next line of the input; None if that line is not a valid answer. Raises
-        EndOfInput."""
+        """Return the answer in the next line of the input; None if that line is not a valid answer. Raises EndOfInput
+        if a program wants a line and there is none."""
         if isinstance(question, LineWanted):
             return self._line(question)
         if not isinstance(question, Confirmation):
@@ -138,13 +138,14 @@ WANTED = "Y or N"  # the reply to an answer that is neither
 
 
 def yes_or_no(line: str) -> bool | None:
-    """Return the answer to the question (Y/N), None for any other text. A comment may follow the answer."""
+    """Return the answer in a line to a question (Y/N): True for yes, False for no, None for any other text. A comment
+    may follow."""
     return ANSWERS.get(line.partition(";")[0].strip().upper())
 
 
 class PipeReader:
-    """The reader of a pipe's lines, which writes the answers to `sink`. `live`: whether the robot of this process
-    continues while the reader waits for a line."""
+    """The reader of a pipe's lines; replies go to `sink`. `make`: returns the exchange with the robot. `live`: whether
+    the robot is in this process and keeps running while the reader waits for a line."""
 
     def __init__(self, make: MakeExchange, source: Iterable[str], sink: TextIO, live: bool) -> None:
         lines = lines_of_pipe(source) if live else None
@@ -200,34 +201,36 @@ class Exchange:
     """The exchange between a user and a robot: sends lines to a port, and shows messages and questions at a terminal.
 
     `told`: a function that is called with messages about the connection. `interrupted`: whether Ctrl-C was pressed
-    during the last line. `failed`: whether something failed, with the reason passed to `told`. `noted`: an error to be
-    shown later.
+    during the last line. `failed`: whether a line was not carried out (`told` got the reason). `noted`: an error that
+    the toolbar shows.
     """
 
     def __init__(self, terminal: Terminal, port: Port, told: Callable[[str], None]) -> None:
         self.terminal, self.port, self.told = terminal, port, told
         self.interrupted = self.failed = False
         self.noted = ""
-        # functions that carry out lines that are not in VAL-II; each returns whether it has carried the line out
+        # functions for lines that are not in VAL-II; each carries out the lines that it knows, and returns whether it
+        # did
         self.own_lines: list[Callable[[str], bool]] = []
         self.taken: Callable[[], None] = lambda: None  # called after each line
         self.kept_up: Callable[[], None] = lambda: None  # called after `keep_up`, unless a line is being carried out
         # called with messages about the connection (`repl/connection.py`)
         self.hear_connection: Callable[[ServerMessage], None] = lambda _message: None
-        self.driven: Driven | None = None  # a robot of this process, which is driven while the reader waits for a line
+        # a robot in this process; its due actions are carried out while the reader waits for a line
+        self.driven: Driven | None = None
         self.opening: Callable[[], None] = lambda: None  # called before the first line
         self.after: Callable[[], None] = lambda: None  # called after each command
         self.closing: Callable[[], None] = port.close  # called after the user has left
         self._heard: Inbox[ServerMessage] = Inbox()
         self._later: deque[ServerMessage] = deque()  # messages that are handled after the open question
         self._waits = self._asks = False
-        self._breaks = self._count_breaks()  # number of connection losses at the last line
+        self._breaks = self._count_breaks()  # number of connection losses when the last line was taken
         self._withdrawn: set[int] = set()
         self._question = 0  # the number of the open question, 0 for none
         self.wake: Callable[[], object] = int  # called, from any thread, when messages wait for `keep_up`
         port.listen(self.come)
 
-    # --- actions: each returns after its end, and has already shown any error ---
+    # --- actions: each method returns when the robot has finished, and shows any error itself ---
 
     def take(self, text: str) -> None:
         """Carry out a line, or several lines that were pasted together."""
@@ -253,8 +256,8 @@ class Exchange:
         return not self.port.open or self._breaks != self._count_breaks()
 
     def _count_breaks(self) -> int:
-        """Return how often the connection was lost. For a person also count stalls: after a long silence a person no
-        longer expects the line to be carried out. A pipe waits."""
+        """Return how often the connection was lost. For a person also count stalls (long silences), after which the
+        person no longer expects the line to be carried out. A pipe can wait."""
         return self.port.cuts + self.port.stalls * self.terminal.attended
 
     def drop(self, what: str) -> None:
@@ -267,8 +270,8 @@ class Exchange:
             self.act(acts.LeaveEntry(why))
 
     def leave(self) -> None:
-        """Leave as EXIT does (Ctrl-D). No error prevents this. A robot behind a connection keeps running for others, so
-        nothing is lost."""
+        """End the shell like EXIT (Ctrl-D), even if an error occurs. A robot behind a connection keeps running for
+        others, so nothing is lost."""
         end = None if self.port.name else self.do(lambda id: At(id, acts.Say("EXIT")), None)
         if end is None or end.refusal is not None:
             self.terminal.show(Farewell())
@@ -278,18 +281,18 @@ class Exchange:
         self.act(acts.StopProgram())
 
     def abort(self) -> None:
-        """Stop the robot before all other requests are carried out. `keep_up` shows what was stopped. Safe in a signal
-        handler."""
+        """Stop the robot; this request overtakes all others. `keep_up` shows what was stopped. A signal handler may
+        call this method."""
         self.port.post(Abort, self.come)
 
     def act(self, act: results.Act[None]) -> None:
         self.do(lambda id: At(id, act))
 
     def do(self, make: MakeRequest, line: str | None = "") -> Done | Refused | None:
-        """Send a command, and show messages and ask questions until the command has ended. Return its end, or None if
-        the wait was given up.
+        """Send a command, and show messages and ask questions until the command has ended. Return its final answer, or
+        None if the wait was given up.
 
-        `line`: the line with which a refusal is shown; None to show no refusal.
+        `line`: the typed line, which is shown with a refusal; None to show no refusal.
         """
         self.noted = ""
         self._waits = True
@@ -320,7 +323,7 @@ class Exchange:
     def _show_end(self, end: Done | Refused, line: str) -> None:
         if end.refusal is None:
             return
-        if not end.seq and self.port.name:  # the connection has refused the line, not the robot
+        if not end.seq and self.port.name:  # not the robot but the connection has refused the line
             self.lose(str(end.refusal.error()))
             return
         try:
@@ -365,8 +368,8 @@ class Exchange:
             self.terminal.show(internal_error(error))
 
     def forget_questions(self) -> None:
-        """Forget the questions of an earlier connection, because the robot has forgotten them and numbers its questions
-        from the start again."""
+        """Forget the questions of an earlier connection: the robot has dropped them, and counts new ones from 1 again.
+        A question that is still open no longer needs an answer."""
         self._withdrawn = {self._question} - {0}
 
     def _ask(self, asked: Asked) -> None:
@@ -396,7 +399,7 @@ class Exchange:
 
     def interrupt(self) -> bool:
         """Stop the awaited command (Ctrl-C). Return whether the command will end. Ctrl-C at an open question is the
-        answer to that question instead. Safe in a signal handler."""
+        answer to that question instead. A signal handler may call this method."""
         if not self._waits or self._asks:
             return False
         self.interrupted = True
@@ -414,13 +417,13 @@ class Exchange:
         return self._question in self._withdrawn
 
     def come(self, message: ServerMessage) -> None:
-        """Store a message, and wake whoever waits for it. This may run in the thread of a connection."""
+        """Store a message that has arrived, and wake the prompt. The thread of a connection may call this method."""
         self._heard.put(message)
         self.wake()
 
     def keep_up(self) -> None:
-        """Carry out all due actions and show their messages. While a question is open, its command's messages are shown
-        after the question."""
+        """Carry out all due actions and show their messages. Leave questions, and the final answer to an awaited
+        command, to `do`."""
         try:
             while (message := self.port.take(self._heard, 0.0)) is not None:
                 if isinstance(message, Asked) or (self._waits and isinstance(message, Done | Refused)):
@@ -436,7 +439,8 @@ class Exchange:
 
 
 def _parts(text: str) -> list[str]:
-    """Divide pasted text into messages of complete lines."""
+    """Divide pasted text into messages of complete lines, each at most MAX_CHARS long unless a single line is
+    longer."""
     parts, size = [""], 0
     for line in text.splitlines(keepends=True):
         if size and size + len(line) > MAX_CHARS:

@@ -17,18 +17,18 @@ AHEAD = 1000  # maximum number of lines that are read in advance
 
 
 class Driven(Protocol):
-    """A robot whose actions are carried out while the shell waits for input."""
+    """A robot in this process, whose due actions the shell carries out while it waits for input."""
 
     def step(self) -> None:
         """Carry out the next action that is due. If none is due, wait for one, or until `wake` is called."""
 
     def wake(self) -> None:
-        """End the wait. Any thread may call this."""
+        """End the wait of `step`. Any thread may call this method."""
 
 
 class PipedLines:
-    """The lines of a stream that has a file descriptor. While the reader waits for a line, it drives `robot`, if one is
-    set."""
+    """An iterator over the lines of a stream that has a file descriptor. While it waits for a line, it carries out the
+    due actions of `robot`, if one is set."""
 
     def __init__(self, stream: TextIOBase) -> None:
         """Start with the stream's file descriptor. Raises OSError for a stream without one."""
@@ -44,8 +44,9 @@ class PipedLines:
         return self
 
     def __next__(self) -> str:
-        """Return the next line. Raises UnicodeDecodeError."""
-        if self._reader is None:  # a raw read holds no lock of the stream, so the process may end during the read
+        """Return the next line. Raises UnicodeDecodeError if the input is not valid text."""
+        # it reads the descriptor, which needs no lock of the stream, so the process can end during a read
+        if self._reader is None:
             self._reader = Thread(target=self._read, name="input", daemon=True)
             self._reader.start()
         while self.robot is not None and self._lines.empty():
@@ -54,7 +55,7 @@ class PipedLines:
         line = self._lines.get()
         if isinstance(line, str):
             return line
-        self._lines.put(None)  # marks the end again, in case there is a second call
+        self._lines.put(None)  # so that a later call also finds the end
         raise StopIteration if line is None else line
 
     def _read(self) -> None:
@@ -80,7 +81,7 @@ class PipedLines:
 
 
 def lines_of_pipe(stream: object) -> PipedLines | None:
-    """Return the lines of a stream, or None for a stream that a thread cannot read (a text in memory)."""
+    """Return the lines of a stream, or None for a stream without a file descriptor (such as a text in memory)."""
     try:
         return PipedLines(stream) if isinstance(stream, TextIOBase) else None
     except OSError:

@@ -27,14 +27,15 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 
-BAR = 30  # length of the bar [characters]
+BAR = 30  # [characters] length of the progress bar
 SKIP, FAR_SKIP = 1.0, 10.0  # [s] steps through time for the keys left/right and pgup/pgdn
-STANDS = 1.0  # [s] time after the last motion until the arm counts as at rest
+STANDS = 1.0  # [s] SHOW ends this long after the end of the last motion
 
 
 class Action(NamedTuple):
-    """The effect of some keys. `change` returns the next playback; if `change` is None, the keys leave the player.
-    `live`: only for a robot that is watched while it moves."""
+    """The effect of some keys. `shown`: the keys' text on the screen. `change`: returns the playback after the key at a
+    wall clock's reading [s]; None for keys that leave the player. `live`: whether the keys work only for a robot that
+    is watched while it moves."""
 
     keys: tuple[str, ...]
     shown: str
@@ -58,11 +59,12 @@ PLAYER_ACTIONS: tuple[Action, ...] = (
 
 
 class Player(Struct):
-    """The screen of a playback. `wall` returns the wall clock's reading [s]. `news`: returns more lines about the shown
-    time, such as who drives the robot.
+    """The screen that plays a robot's trajectory. `watched`: the robot. `playback`: the shown time, its rate and its
+    end. `wall`: returns the wall clock's reading [s]. `news`: returns more lines about a shown time [s], such as who
+    drives the robot.
 
-    `live`: whether others move the robot. `passes`: returns whether the robot's time passes by itself. `abort`: stops a
-    robot that others move. `world`: the cell around the robot.
+    `live`: whether others move the robot. `passes`: returns whether the robot's clock runs in real time. `abort`: stops
+    a robot that others move. `world`: the robot's cell (parts, fixtures, sensors).
     """
 
     watched: Watched
@@ -75,12 +77,12 @@ class Player(Struct):
     world: World | None = None
 
     def text(self) -> str:
-        """Return the text that is shown now."""
+        """Update the playback, and return the text below the picture."""
         wall, watched = self.wall(), self.watched
         timeline = watched.timeline
         self.playback = self.playback.look(wall, timeline.start, timeline.end, watched.now)
         if self.playback.follows and self.playback.playing and self.passes():
-            self.playback = self.playback.follow(wall)  # because the robot's clock may have been corrected
+            self.playback = self.playback.follow(wall)  # the robot's clock may have been corrected since the last look
         playback, t = self.playback, self.playback.at(wall)
         length = playback.end - playback.start
         done = round(BAR * (t - playback.start) / length) if length > 0.0 else BAR
@@ -97,7 +99,7 @@ class Player(Struct):
         return [action for action in PLAYER_ACTIONS if self.live or not action.live]
 
     def screen(self) -> arm_window.ArmScreen:
-        """Return the application that plays on the terminal until the user leaves."""
+        """Return the screen, which plays on the terminal until the user leaves."""
         keys = {key: action.change for action in self._actions() for key in action.keys}
         actions = {key: None if change is None else partial(self._change, change) for key, change in keys.items()}
         return arm_window.ArmScreen(
@@ -126,8 +128,8 @@ async def watch(
     abort: Callable[[], object],
     world: World | None = None,
 ) -> None:
-    """Watch a robot that others move, from its current time on. `passes`: returns whether its time passes by itself.
-    `abort`: stops it."""
+    """Show a robot that others move, starting at its current time, until the user leaves. `news`: returns more lines
+    about a shown time [s]. `passes`: returns whether the robot's clock runs in real time. `abort`: stops the robot."""
     timeline = watched.timeline
     playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
     player = Player(watched, playback, news=news, live=True, passes=passes, abort=abort, world=world)
@@ -139,7 +141,7 @@ def show_motion(
 ) -> None:
     """Show the arm as it moves (SHOW), until it is at rest or a key is pressed.
 
-    `keep_up`: carries out due actions. `abort`: stops the robot. `world`: the cell around the robot.
+    `keep_up`: carries out due actions. `abort`: stops the robot. `world`: the robot's cell (parts, fixtures, sensors).
     """
 
     def text() -> str:
@@ -162,8 +164,9 @@ up/down move   left/right, 1 to 9 axis   m joints/world/tool
 
 
 class JogPanel(Struct):
-    """The screen of JOG: the arm, and the axis, step length [mm, deg] and speed [%], which keys change. `watched`: the
-    robot, None if it cannot be watched. `world`: the cell around the robot."""
+    """The screen of JOG: the arm, and the axis, step length [mm, deg] and speed [%], which keys change. `hand`: moves
+    the arm. `watched`: the robot for the picture, None for no picture. `index`: the chosen axis, from 0. `world`: the
+    robot's cell."""
 
     hand: FarHand
     speed: float = 100.0
@@ -231,14 +234,14 @@ class JogPanel(Struct):
         )
 
     def screen(self) -> arm_window.ArmScreen:
-        """Return the application that shows the panel."""
+        """Return the screen that shows the panel."""
         actions = {key: partial(act, self) for key, act in JOG_ACTIONS.items()}
         leaving = dict.fromkeys(("q", "escape", "c-c", "c-d"))
         abort = None if self.abort is None else partial(self._stop_robot, self.abort)
         return arm_window.ArmScreen(self.watched, None, self.text, actions | leaving, abort=abort, world=self.world)
 
     def _stop_robot(self, abort: Callable[[], None]) -> None:
-        """Stop the robot. Also close the user's JOG stream, so that the next key moves the arm again."""
+        """Stop the robot. Also end the JOG motion, so that the next key can start a new one."""
         abort()
         self.stop()
 

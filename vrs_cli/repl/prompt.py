@@ -1,5 +1,5 @@
-"""Define the parts of the prompt for prompt-toolkit: colours, the bar at the bottom, suggestions from the history, and
-keys."""
+"""Define the parts of the prompt for prompt-toolkit: colours, the toolbar at the bottom, suggestions from the history,
+and keys."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ STYLE = Style.from_dict(
 
 
 def colour_depth() -> ColorDepth | None:
-    """Return the depth of 24-bit colours if the terminal has them. With None, prompt-toolkit uses the nearest of 256
-    colours."""
+    """Return the colour depth for a terminal with 24-bit colours; None for other terminals, on which prompt-toolkit
+    uses the nearest of 256 colours."""
     if os.environ.get("COLORTERM", "").lower() in ("truecolor", "24bit"):
         return ColorDepth.from_env() or ColorDepth.DEPTH_24_BIT
     return None
@@ -62,7 +62,7 @@ def colour_depth() -> ColorDepth | None:
 
 class ValLexer(Lexer):
     """A lexer that colours lines of VAL-II. Until `ready()` is true, lines have no colours, because the first prompt
-    does not wait for the word tables. `names`: returns the keys of the variables that have a value."""
+    appears before the tables of words are loaded. `names`: returns the keys of the variables that have a value."""
 
     def __init__(
         self, ready: Callable[[], bool], names: Callable[[], Container[str]] = frozenset, palette: Palette = COLOURS
@@ -95,8 +95,9 @@ MIN_MESSAGE_COLUMNS = 12  # minimum width for a message [columns]; with less roo
 
 
 def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") -> str:
-    """Return as much of the state as fits, the most useful parts first. Without a status, say that the robot is being
-    prepared. `mode`: the mode of vi."""
+    """Return the text of the toolbar: as many parts of the robot's state as fit into `width` columns, the most useful
+    first, then the `last` message. Without a status, the text says that the robot is being prepared. `mode`: the mode
+    of vi keys."""
     if status is None:
         return " one moment: the robot is being made ready"[:width]
     from vrs_cli.render.blocks import shorten
@@ -113,7 +114,7 @@ def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") 
 
 
 def vi_mode(app: Application[Any]) -> str:
-    """Return the mode of vi, such as INSERT or NORMAL; "" if the keys are those of emacs."""
+    """Return the mode of vi keys, such as INSERT or NORMAL; "" with emacs keys."""
     if app.editing_mode is not EditingMode.VI:
         return ""
     mode = app.vi_state.input_mode
@@ -174,11 +175,11 @@ def asked_about(document: Document) -> str:
 # --- completion, suggestions and keys ---------------------------------------------------------------------------------
 
 
-MAX_SUGGESTION_LINES = 2000  # maximum number of history lines that are searched at each key
+MAX_SUGGESTION_LINES = 2000  # maximum number of history lines, the most recent ones, that are searched at each key
 
 
 class FromHistory(AutoSuggest):
-    """Suggestion of the rest of the last line that begins with the typed text. Only recent lines are searched."""
+    """A suggester of the rest of the most recent history line that begins with the typed text."""
 
     def get_suggestion(self, buffer: Buffer, document: Document) -> Suggestion | None:
         text = document.current_line
@@ -190,8 +191,8 @@ class FromHistory(AutoSuggest):
 
 
 def abort_binding(abort: Callable[[], None]) -> KeyBindings:
-    """Bind Ctrl-X to `abort`. The key acts at once, although prompt-toolkit has longer key sequences that begin with
-    it."""
+    """Return key bindings in which Ctrl-X calls `abort`. The key acts at once, although prompt-toolkit has longer key
+    sequences that begin with it."""
     bindings = KeyBindings()
 
     @bindings.add("c-x", eager=True, save_before=lambda _event: False)

@@ -53,7 +53,7 @@ UNSAVED = "Changes are not stored: ^S stores them, ^Q again leaves without them"
 
 
 class WordCompleter(Completer):
-    """The completer for the Tab key."""
+    """The completer of the Tab key. `suggested`: returns the suggestions at the cursor of a document."""
 
     def __init__(self, suggested: Callable[[Document], list[questions.Suggestion]]) -> None:
         self._suggestions = suggested
@@ -63,7 +63,7 @@ class WordCompleter(Completer):
 
 
 class Underlined(Processor):
-    """A processor that underlines the mistakes in a line."""
+    """A processor of prompt-toolkit that underlines the mistakes in a line of the program."""
 
     def __init__(self, editor: ScreenEditor) -> None:
         self._editor = editor
@@ -82,7 +82,7 @@ class Underlined(Processor):
 
 
 class ScreenEditor:
-    """The full-screen editor of one program."""
+    """The full-screen editor for one program. `vi`: whether to use the keys of vi."""
 
     def __init__(
         self, question: questions.Editing, screens: FrontEnd, palette: Palette = COLOURS, *, vi: bool = False
@@ -126,12 +126,12 @@ class ScreenEditor:
         )
 
     def run(self) -> None:
-        """Run until the user leaves."""
+        """Run the editor until the user leaves."""
         self._draws = True
         self.app.run(pre_run=self._begin)
 
     def _begin(self) -> None:
-        """Start in the mode in which vi opens a text."""
+        """Start vi keys in NORMAL mode, in which vi opens a text."""
         self.app.vi_state.input_mode = InputMode.NAVIGATION
 
     # --- the text ---
@@ -147,7 +147,8 @@ class ScreenEditor:
             self._touched, self.message = self._row, ""
 
     def _take_findings(self, findings: tuple[diagnostics.Diagnostic, ...]) -> None:
-        """Show the mistakes in this text. Over a connection the findings may refer to a slightly older text."""
+        """Show the mistakes that the robot found in the text. Over a connection they may refer to a slightly older
+        text."""
         self.findings = findings
         if self._draws:
             self.app.invalidate()
@@ -157,7 +158,7 @@ class ScreenEditor:
             self.tidy()
 
     def tidy(self) -> None:
-        """Convert the row in which the user has typed to canonical form."""
+        """Convert the row in which the user has typed to canonical form (capitals, blanks, indentation)."""
         row, self._touched = self._touched, None
         lines = self.buffer.document.lines
         if row is None or row >= len(lines):
@@ -171,7 +172,7 @@ class ScreenEditor:
         self._replace("\n".join((*lines[:row], text, *lines[row + 1 :])), at_row, column)
 
     def format(self) -> None:
-        """Convert the whole text to canonical form."""
+        """Convert the whole text to canonical form (capitals, blanks, indentation)."""
         row, column = self._row, self.buffer.document.cursor_position_col
         self._touched = None
         text = canonical(self.buffer.text, self.page.dialect)
@@ -251,13 +252,14 @@ class ScreenEditor:
         return "   ".join(filter(None, (f" SEE {self.page.name}{changed}", place, vi_mode(self.app))))
 
     def _form(self) -> StyleAndTextTuples:
-        """Return the syntax and the meaning of the typed word."""
+        """Return the syntax and the summary of the typed word, for the row below the text."""
         line = self.buffer.document.current_line_before_cursor
         found = self._screens.signature(line, steps=True) if self._row else None
         return [] if found is None else [*signature_row(found, self.app.output.get_size().columns)]
 
     def _suggestions(self, document: Document) -> list[questions.Suggestion]:
-        """Return words that may come next: the robot's suggestions, and the names in this text."""
+        """Return words that may come next: the names in the edited text that begin with the typed letters, and the
+        robot's suggestions."""
         line = document.current_line_before_cursor
         found = self._screens.suggestions(line, True) if document.cursor_position_row else []
         begun = _BEGUN.search(line)
@@ -268,7 +270,8 @@ class ScreenEditor:
         return [*own, *found]
 
     def _message(self) -> StyleAndTextTuples:
-        """Return the latest message; without one, the finding at the cursor, or else the first finding."""
+        """Return the latest message. If there is none, return a mistake in the cursor's row, or else the first error or
+        warning."""
         if self.message:
             return [("", f" {self.message}")]
         if not self.findings:
@@ -336,7 +339,7 @@ class ScreenEditor:
             self.new_line()
 
     def _explain(self) -> None:
-        """Show the help on the word at the cursor below the text (F1)."""
+        """Show the help on the word at the cursor, below the text (F1)."""
         word = asked_about(self.buffer.document)
         try:
             self.message = plain_text(help_page(word)).rstrip() if word else NO_WORD
@@ -344,7 +347,8 @@ class ScreenEditor:
             self.message = str(error)
 
     def _begins_word(self, event: KeyPressEvent) -> bool:
-        """Return whether a new undo step begins, because undo takes back one word at a time."""
+        """Return whether a typed key begins a new undo step: a blank, or a key at another position. Thus undo removes a
+        word at a time."""
         return event.data == " " or self.buffer.cursor_position != self._typed_up_to
 
     def _type(self, event: KeyPressEvent) -> None:
@@ -352,7 +356,7 @@ class ScreenEditor:
         self._typed_up_to = self.buffer.cursor_position
 
     def _cut_line(self) -> None:
-        """Cut the line, unless it is the heading."""
+        """Delete the cursor's line, unless it is the program's heading."""
         if self._row:
             lines = self.buffer.document.lines
             rest = [*lines[: self._row], *lines[self._row + 1 :]]
@@ -368,7 +372,7 @@ class ScreenEditor:
 
 
 class StepMargin(Margin):
-    """The margin with the numbers of the steps. The heading has no number."""
+    """The left margin, with the step number of each line. The program's heading has no number."""
 
     def get_width(self, get_ui_content: Callable[[], UIContent]) -> int:  # noqa: ARG002 (the interface)
         return 6

@@ -1,4 +1,5 @@
-"""Run the shell: with a prompt on a terminal, otherwise with the lines of a pipe. Define its robot in this process."""
+"""Run the shell: with a prompt on a terminal, otherwise with the lines of a pipe. `Local` describes a shell's robot in
+this process."""
 
 from __future__ import annotations
 
@@ -28,9 +29,10 @@ SHOW pictures the arm here; vrs view, typed outside this prompt, in a browser.""
 
 
 class Local(Struct):
-    """A robot in this process. `file`: the file to load first. `recovery`: the folder where shells keep unsaved work.
-    `outside`: the devices that programs use. `dialect`: the dialect of typed lines. `cell`: the file that describes the
-    robot's cell."""
+    """A robot in this process. `model`: the robot; None for the default robot. `file`: the file to load first.
+    `recorder`: writes the file of --save. `clock`: a real-time clock; None for virtual time. `recovery`: the folder
+    where shells keep unsaved work. `outside`: the devices that programs use. `dialect`: the dialect of typed lines.
+    `cell`: the file that describes the robot's cell."""
 
     model: RobotModel | None = None
     file: str | None = None
@@ -56,7 +58,7 @@ class Local(Struct):
             return False
         from vrs_cli.files.program_file import recovery_files
 
-        return bool(recovery_files(self.recovery))  # files that killed shells have left
+        return bool(recovery_files(self.recovery))  # whether shells that were killed have left files
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         from vrs_cli.repl.local_robot import ShellRobot
@@ -65,7 +67,7 @@ class Local(Struct):
 
 
 def run(place: Local, save: str | None = None) -> int:
-    """Run the shell with a robot of this process until the user leaves. Return the exit status.
+    """Run the shell with a robot in this process until the user leaves. Return the exit status.
 
     `save`: a trajectory file to begin or to continue; if no model is given, the file's robot is used. The status is 1
     if that file is not complete and, on a pipe, if a line could not be carried out. Raises FileError.
@@ -89,7 +91,7 @@ def run(place: Local, save: str | None = None) -> int:
 
 
 def at(place: Place) -> int:
-    """Run the shell with a robot. Return the exit status. Raises VrsError."""
+    """Run the shell with the robot at a place, on a terminal or a pipe. Return the exit status. Raises VrsError."""
     if on_terminal():
         from vrs_cli.repl.interactive import Shell
 

@@ -1,4 +1,4 @@
-"""Serve a person at a terminal, who reads replies and answers questions; and show long replies through a pager."""
+"""Show replies and ask questions on a terminal that a person uses; show long replies through a pager."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ CLEAR_LINE = "\r\x1b[K"
 
 
 class ShellTerminal:
-    """A terminal with a person at it. `read` asks for a line; it raises KeyboardInterrupt for Ctrl-C and EOFError for
-    Ctrl-D. `screens`: the front end of the shell."""
+    """A terminal that a person uses. `read` asks for a line; it raises KeyboardInterrupt for Ctrl-C and EOFError for
+    Ctrl-D. `renderer`: returns the object that draws replies. `screens`: the front end of the shell."""
 
     attended = True
 
@@ -52,7 +52,8 @@ class ShellTerminal:
         self.leaving = False
         self.whole_lines = False  # whether to write only whole lines, because a prompt may be below the output
         self._begun = ""
-        self._later: list[Callable[[], None]] | None = None  # calls that show messages after the editor has closed
+        # while the editor is open: calls that show messages after it
+        self._later: list[Callable[[], None]] | None = None
         self.last = ""  # the latest message, for the toolbar
         self._since: float | None = None
         self._refreshed = 0.0
@@ -128,7 +129,7 @@ class ShellTerminal:
             return None
 
     def _parts(self, question: questions.Parting) -> bool:
-        """Return whether the user leaves: after Y, EXIT, QUIT or Ctrl-D, but not after Ctrl-C or an empty line."""
+        """Ask whether to leave. Return True for Y, EXIT, QUIT or Ctrl-D, and False for N, Ctrl-C or an empty line."""
         if question.about:
             self.show(replies.Message(question.about, replies.Tone.WARNING))
         while True:
@@ -245,7 +246,7 @@ LONG = (
 
 
 def pager_of(wanted: bool | str, environment: Mapping[str, str]) -> str:
-    """Return the command of a pager; "" if none is wanted or found."""
+    """Return the command of the pager; "" if none is wanted or found. `wanted`: the user's setting `pager`."""
     command = wanted if isinstance(wanted, str) else environment.get("PAGER", "less") if wanted else ""
     try:
         words = shlex.split(command)
