@@ -48,13 +48,13 @@ COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  #
 MAX_DIAGNOSTICS = 20  # maximum number of diagnostics that are printed for a file
 Object = dict[str, Any]
 ALONE = ("save", "csv", "plot", "report", "record_units")  # options that name one output file: allowed only for one run
-MAIN = "main"  # name of the program of a project that is executed
+MAIN = "main"  # name of the program that is executed in a project
 BROKEN = "not executed"
 
 
 class BatchTerminal(Struct, frozen=True):
-    """The terminal of a run. It writes to `output`; with `quiet` it writes only the output of programs. `lines`: the
-    input of PROMPT. Other questions get no answer."""
+    """The terminal of a run without a user. It writes to `output`; with `quiet` it writes only the output of programs.
+    `alive`: shows the progress on standard error. `lines`: the answers to PROMPT. Other questions get no answer."""
 
     output: TextIO
     alive: RunProgress
@@ -80,7 +80,7 @@ class BatchTerminal(Struct, frozen=True):
 
     def ask(self, question: questions.Question) -> questions.Answer:
         """Return one line of standard input as the answer to PROMPT; leave other questions without an answer. Raises
-        EndOfInput, which names the PROMPT."""
+        EndOfInput if there is no further line."""
         if not isinstance(question, questions.LineWanted) or (question.wrong and not sys.stdin.isatty()):
             return None
         self._write(f"{question.wrong}\n{question.text}" if question.wrong else question.text)
@@ -101,11 +101,11 @@ class BatchTerminal(Struct, frozen=True):
 
 
 class Batch(Struct, frozen=True):
-    """One run.
+    """One batch run of a program.
 
-    The fields are the options, the files to load (which share one name space), and the callbacks for a run of several
-    files: `ended` receives the result of the run, `printed` the object of --json. `owners`: the file of each program,
-    by the program's key.
+    `options`: the command line's options. `outputs`: the files to write. `sources`: the files to load, which share one
+    name space. `ended`, `printed`: called with the result and with the object of --json, if the run is one of several.
+    `owners`: the file that contains each program, by the program's key.
     """
 
     options: Namespace
@@ -122,7 +122,8 @@ class Batch(Struct, frozen=True):
 
     @property
     def aside(self) -> bool:
-        """Return whether standard output contains only the result of the run, so that messages go to standard error."""
+        """Return whether standard output contains only the run's JSON object or CSV table, so that messages go to
+        standard error."""
         return self.options.json or self.outputs.takes_standard_output
 
     def run(self) -> int:
@@ -184,8 +185,8 @@ class Batch(Struct, frozen=True):
     def _execute(
         self, station: Station, progress: RunProgress, stop: interrupt.Stoppable, guard: system_limits.MemoryGuard
     ) -> tuple[RunResult, bool]:
-        """Execute a program. Return its result, and whether the file of --save is complete. If a limit is reached
-        within a step, the program ends as well."""
+        """Execute a program. Return its result, and whether the file of --save is complete. If a single step reaches a
+        limit (such as memory), the program ends as well."""
         program, engine = self._program(station), station.engine
         engine.clock.set(0.0)
         durable = self.options.realtime is not None
@@ -207,7 +208,8 @@ class Batch(Struct, frozen=True):
         from vrs_cli.files.disk import working_folder
 
         options, given = self.options, self.options.file == commands.STANDARD_STREAM
-        beside, box = Path(options.file).parent, options.sandbox  # a sample program uses the current folder
+        # the current folder for a sample program, whose name has no folder
+        beside, box = Path(options.file).parent, options.sandbox
         if not options.apart:
             yield opening.Folder(beside) if box is None else opening.Folder(Path(box), closed=True)
             return
@@ -293,7 +295,7 @@ class Batch(Struct, frozen=True):
         return FAILED
 
     def _file(self, source: Source) -> Object:
-        """Return the file of an error for JSON; only runs of several files name it."""
+        """Return the file of an error for `--json`, or an empty object if the run loads only one file."""
         return {"file": source.path} if len(self.sources) > 1 else {}
 
     def _owner(self, program: str) -> Source:
@@ -323,7 +325,8 @@ class Batch(Struct, frozen=True):
                     print(sentence, file=sys.stderr)
             events = () if station.driver.course is None else station.driver.course.notes
             around = (f"at {t:.3f} s {text}" for t, _, text in events)
-            for text in (*around, *map(untrue_sentence, wrong)):  # with readings that later edits made wrong
+            # also name signals that a program has read and that later edits have changed
+            for text in (*around, *map(untrue_sentence, wrong)):
                 print(for_stream(text, sys.stderr), file=sys.stderr)
         try:
             self.outputs.write(station.engine.arm, station.engine.timeline, self.source.path, station.driver.world)
@@ -342,7 +345,7 @@ class Batch(Struct, frozen=True):
         return "\n".join([*lines, f"Program {fault.program} stopped at step {fault.step}"])
 
     def _tell_beside(self, terminal: BatchTerminal, one: StoppedTask) -> None:
-        """Report that another task stopped with an error."""
+        """Report that a task other than the main program stopped with an error."""
         said = f"{self._fault_text(one.fault)} ({one.where})"
         terminal.alive.say(for_stream(said, sys.stderr))
 
@@ -383,8 +386,8 @@ def _advice(option: str) -> str:
 
 
 def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -> Object:
-    """Return the object of `--json`. `result`: None if nothing could be executed. `segments` is the number of segments
-    of motions, without the initial pose."""
+    """Return the JSON object that `--json` prints. `result`: None if nothing could be executed. In the object,
+    `segments` is the number of segments (pieces of the path) of all motions, without the initial pose."""
     return {
         "program": result.program if result else None,
         "cycles": result.cycles if result else 0,
@@ -394,7 +397,7 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
             {
                 "text": record.text,
                 "t_iss": record.issued,
-                "t_asked": record.asked,  # None for a motion that follows another one
+                "t_asked": record.asked,  # None for a motion that begins when the previous one ends
                 "t_exec": record.executed,
                 "t_end": record.end,
             }
@@ -409,8 +412,9 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
 def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
     """Return the facts about the cell for `--json`.
 
-    `parts` (at the end) and `notes` exist for a cell with parts or sensors. `no_longer_true` has the readings of
-    programs that later edits made wrong (`wrong`), if there are any.
+    The entries `parts` (the workpieces, at the end) and `notes` (events such as a fall) exist for a cell with parts.
+    `no_longer_true` lists the signals that programs have read and that later edits have changed (`wrong`), if there are
+    any.
     """
     found, course, engine = Object(), station.driver.course, station.engine
     if course is not None and course.parts():
@@ -445,7 +449,8 @@ def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
 
 
 def _part_object(course: WorldCourse, name: str, t: float) -> Object:
-    """Return the state of a part at a time [s] for `--json`; a falling part is reported where it lands."""
+    """Return the state of a part (a workpiece) at a time [s] for `--json`. For a falling part, return the place where
+    it lands."""
     last = course.spans(name, t)[-1]
     state = course.state(name, max(t, last.end) if last.end < inf else t)
     place = pose_object(state.pose) if state.exists else {"xyz_mm": None, "oat_deg": None}
@@ -466,11 +471,12 @@ def _object(
     return {"severity": severity.value, "code": code, "message": message, **place, **numbers}
 
 
-# --- several files: each runs by itself, one after the other; one summary of all ----------------------------------
+# --- several files: a separate run of each, one after another, and one summary -------------------------------------
 
 
 class FileSummary(Struct, frozen=True):
-    """A row of the summary of several files. `seconds`: the duration on the robot's clock."""
+    """A row of the summary of several files. `status`: the exit status of the file's run. `said`: the outcome as text.
+    `seconds`: the duration on the robot's clock."""
 
     path: str
     status: int

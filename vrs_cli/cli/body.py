@@ -1,4 +1,5 @@
-"""Carry out `vrs body`: act as the body (the arm that executes the motions) of a served robot, or connect one to it."""
+"""Carry out `vrs body`: act as the body of a served robot (the real or simulated arm that executes its motions), or
+connect another arm to it."""
 
 from __future__ import annotations
 
@@ -27,12 +28,12 @@ if TYPE_CHECKING:
 
 MAX_TOLD = 5  # maximum number of wrong lines that are reported
 MAX_LINE_CHARS = 1 << 16
-MAX_JUMP = 5.0  # [s] maximum jump of the clock; after a longer one a new simulated arm starts
+MAX_JUMP = 5.0  # [s] if the robot's clock jumps farther than this, a new simulated arm is started
 Tell = Callable[[str], None]
 
 
 def body(options: Namespace) -> int:
-    """Act as the robot's body until Ctrl-C, or until another client becomes the body. Raises the error if the robot
+    """Act as the robot's body until Ctrl-C, or until another client becomes the body. Raises the robot's error if it
     refuses a request."""
     kind = next((kind for kind in KINDS if getattr(options, kind)), None)
     if kind is None:
@@ -57,7 +58,8 @@ async def _until_signal(work: Coroutine[Any, Any, int]) -> tuple[int, int]:
 
 
 def _client(options: Namespace) -> BodyClient:
-    """Return the client of the body. Raises CommandLineError for a wrong address, or FileError."""
+    """Return the client that connects the body to the robot's server. Raises CommandLineError for a wrong address, or
+    FileError."""
     token, tell = remote.token_of(options.token_file), teller(options.prog)
     with errors_of_options(UsageError, IllegalValue):
         return BodyClient(options.url, token, options.rate, name=options.name or "body", ca=options.ca, told=tell)
@@ -87,8 +89,8 @@ def _read_input(take: Callable[[str], None], end: Callable[[], object]) -> None:
 
 
 async def _simulate(options: Namespace) -> int:
-    """Act as the body with a simulated arm of MuJoCo. Raises CommandLineError without MuJoCo, NotAvailable for a robot
-    whose masses are unknown, and errors of the scenario."""
+    """Act as the body with an arm that MuJoCo simulates. Raises CommandLineError if MuJoCo is not installed,
+    NotAvailable if the masses of the robot's links are unknown, and the errors of the scenario file."""
     try:
         from vrs_cli.bodies.mujoco_arm import ArmSettings, MujocoArm
     except ImportError:
@@ -130,8 +132,8 @@ async def _move(
     make_arm: Callable[[Joints, float], MujocoArm],
     commands: asyncio.Queue[Disturbance | Release],
 ) -> None:
-    """Let an arm follow the timeline, and report its measurements. If the robot's clock jumps, for instance because the
-    server has changed, the arm continues from its current pose."""
+    """Let a simulated arm follow the robot's timeline, and send its measurements as reports. If the robot's clock
+    jumps, for instance because the server was replaced, a new arm continues from the current pose."""
     order = body.order
     async for t in body.ticks():
         if not -MAX_JUMP < t - arm.time < MAX_JUMP:
@@ -201,7 +203,7 @@ async def _stream(options: Namespace) -> int:
 
 
 async def _follow_by_ros(options: Namespace) -> int:
-    """Make an arm of ros2_control, reached through a rosbridge server, the body of the robot. Raises CommandLineError
+    """Use an arm of ros2_control as the robot's body, through a rosbridge server. Raises CommandLineError
     for wrong joint names, FileError, and RequestRefused if no rosbridge answers."""
     from vrs_cli.bodies.joint_trajectory import read_joints
     from vrs_cli.bodies.rosbridge import RosSettings, follow

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from vrs_cli.values.diagnostics import Diagnostic
 
 
-ROUNDS = 10  # maximum number of rounds of corrections; a correction may uncover another mistake
+ROUNDS = 10  # maximum number of rounds of corrections; more than one, because a correction may uncover another mistake
 
 
 class Finding(Struct, frozen=True):
-    """The diagnostics of a file, sorted by line, and the number of mistakes that were corrected before."""
+    """The diagnostics of a file, sorted by line. `mended`: the number of mistakes that were already corrected."""
 
     source: sources.Source
     diagnostics: tuple[Diagnostic, ...]
@@ -106,12 +106,13 @@ def _escape(text: str, table: Mapping[str, str]) -> str:
 FORMATS: Mapping[str, Callable[[Sequence[Finding]], None]] = {"text": _text, "json": _json, "github": _github}
 
 
-# --- corrections: the certain ones are written into the file, all together or none -----------------------------------
+# --- corrections (--fix): those that are certainly right are written into the file in one step ------------------------
 
 
 def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Finding:
-    """Correct a text; return the text and the remaining diagnostics. A correction may uncover another mistake, so
-    `find` is called again."""
+    """Correct the mistakes in a file whose correction is certain. Return the corrected text and the remaining
+    diagnostics. `find`: returns the diagnostics of a text; it is called after each round, because a correction may
+    uncover another mistake."""
     from vrs_cli.values.diagnostics import in_order
 
     now = finding
@@ -127,7 +128,8 @@ def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Fin
 
 
 def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Yield corrections that do not overlap; of two overlapping ones, yield only the one that begins first."""
+    """Yield the diagnostics that have a correction. If two corrections overlap, yield only the one that begins
+    first."""
     line, end = 0, 0
     for one in found:
         span = one.span
@@ -182,8 +184,8 @@ def _check(options: Namespace, model: RobotModel) -> int:
 
 
 def _groups(options: Namespace) -> tuple[list[tuple[sources.Source, ...]], dict[str, FileError]]:
-    """Return the name spaces: each file with the files that it names (`; with: lib.v2`), or all files together. Also
-    return the errors of unreadable files, by path."""
+    """Return the groups of files that share a name space: each file with the files that it names (`; with: lib.v2`), or
+    all files together. Also return the errors of unreadable files, by path."""
     files = sources.program_files(options.files)
     groups, unreadable = list[tuple[sources.Source, ...]](), dict[str, FileError]()
     for path in files:
@@ -201,7 +203,7 @@ def _groups(options: Namespace) -> tuple[list[tuple[sources.Source, ...]], dict[
 def _findings(
     group: Sequence[sources.Source], wanted: Sequence[sources.Source], options: Namespace, model: RobotModel
 ) -> Iterator[Finding]:
-    """Yield the findings for the `wanted` files of a name space."""
+    """Yield the findings for the `wanted` files of a `group`, which shares one name space."""
     from vrs_cli.interfaces.inspection import Inspector, beside_each
     from vrs_cli.kinematics.robot_file import load_robot
     from vrs_cli.language.run.signals import NO_CELL
@@ -225,8 +227,8 @@ def _findings(
 def _find(
     source: sources.Source, inspector: Inspector, beside: Beside, options: Namespace, text: str
 ) -> tuple[Diagnostic, ...]:
-    """Return the errors in a text, and the warnings that the options select. Programs of files in the same folder may
-    be called."""
+    """Return the errors in a text, and the warnings that the options select. A call of a program in another file of the
+    same folder is no error."""
     parts = inspector.read(text, source.name)
     everything = inspector.inspect(parts, beside)
     if source.is_file and any(one.code == UndefinedName.code for one in everything):
@@ -273,8 +275,8 @@ def _state(named: Sequence[str]) -> object:
 
 @cache
 def _files_named_in(path: str, _stamp: tuple[int, ...]) -> tuple[str, ...]:
-    """Return the files that a file names (`; with: lib.v2`). If the file has changed (`_stamp`), its text is read
-    again."""
+    """Return the files that a file names (`; with: lib.v2`). `_stamp`: identifies the file's version, so that a changed
+    file is read again."""
     with suppress(FileError):
         return tuple(source.path for source in sources.sources_of((path,), samples=False)[1:])
     return ()

@@ -1,5 +1,5 @@
-"""Carry out `vrs class` and `vrs class token`: make the folder of a class that works in browsers, with links and
-tokens; collect programs; remove students."""
+"""Carry out `vrs class` and `vrs class token`: create the folder of a class whose students work in browsers; print
+links and tokens; collect programs; remove students."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from vrs_cli.values.numbers import count
 
 
 def class_(options: Namespace) -> None:
-    """Carry out an action on a class. Raises CommandLineError, FileError, UsageError."""
+    """Carry out an action (`new`, `links`, `collect`, `forget`) on the folder of a class. Raises CommandLineError,
+    FileError, UsageError."""
     folder = tokens.ClassFolder(Path(options.folder))
     own = {"names": "new", "at": "links", "to": "collect"}
     misplaced = (name for name, action in own.items() if getattr(options, name) and options.action != action)
@@ -29,7 +30,7 @@ def class_(options: Namespace) -> None:
 
 
 def _make(folder: tokens.ClassFolder, options: Namespace) -> None:
-    """Make a class, or add students to it."""
+    """Create a class, or add students to it."""
     listed = "" if options.names is None else opening.text_at(str(Path(options.names)), 100_000)
     names = [*options.students, *filter(None, map(str.strip, listed.splitlines()))]
     folded = [name.casefold() for name in names]
@@ -44,7 +45,7 @@ def _make(folder: tokens.ClassFolder, options: Namespace) -> None:
     folder.make(names)
     try:
         tokens.TokenFile(folder.tokens, (), tokens.OWN_ROBOTS)
-    except FileDamaged as error:  # undo, because two students would share a robot
+    except FileDamaged as error:  # restore the old file, because with the new one two students would share a robot
         if before is None:
             folder.tokens.unlink()
         else:

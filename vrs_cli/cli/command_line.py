@@ -28,7 +28,7 @@ USUAL_ROBOT = "puma560"
 
 
 class CommandLineError(UsageError):
-    """A mistake in the command line. Its message has no VAL-II text, because no VAL-II was typed."""
+    """A mistake in the command line. Its message omits the title of a VAL-II error, because no VAL-II was typed."""
 
     def __str__(self) -> str:
         return f"{self.detail} ({self.hint})" if self.hint else self.detail
@@ -60,7 +60,7 @@ class HelpAll(argparse.Action):
         parser.exit()
 
 
-_WRITING = {  # the option for a file, by its ending
+_WRITING = {  # the option that writes a file, by the file's suffix
     ".csv": "--csv",
     ".vrst": "--save",
     ".html": "--report",
@@ -69,8 +69,8 @@ _WRITING = {  # the option for a file, by its ending
 
 
 class Parser(argparse.ArgumentParser):
-    """The parser for a subcommand's arguments, made from its row of the table. It raises CommandLineError, which
-    suggests the option that was probably meant. `prog`: the name of the subcommand in messages.
+    """The parser for a subcommand's arguments, made from the subcommand's row in `commands.SUBCOMMANDS`. It raises
+    CommandLineError, which suggests the option that was probably meant. `prog`: the name of the subcommand in messages.
     """
 
     def __init__(self, name: str, prog: str) -> None:
@@ -153,7 +153,7 @@ def _add(container: argparse._ActionsContainer, row: commands.OptionRow | comman
     """Add an option, or several, to a parser or to a group of its help."""
     if isinstance(row, commands.OptionRow):
         names, described = _argparse_form(row)
-        if isinstance(container, Parser):  # groups do not format each option as a test
+        if isinstance(container, Parser):  # faster: for a parser, argparse checks each option by formatting its help
             container = container._optionals if names[0].startswith("-") else container._positionals
         container.add_argument(*names, **described).rare = row.rare  # type: ignore[attr-defined]
         return
@@ -164,7 +164,7 @@ def _add(container: argparse._ActionsContainer, row: commands.OptionRow | comman
 
 
 def _argparse_form(row: commands.OptionRow) -> tuple[Sequence[str], dict[str, Any]]:
-    """Return the names of an option, and its other arguments of `add_argument`."""
+    """Return the names of an option, and the keyword arguments for `add_argument`."""
     words = row.form.split()
     names = [word for word in words if word.startswith("-")] or words[:1]
     value = " ".join(words[len(names) :])
@@ -191,15 +191,15 @@ def _argparse_form(row: commands.OptionRow) -> tuple[Sequence[str], dict[str, An
 
 
 def chosen_dialect(options: argparse.Namespace) -> Dialect:
-    """Return the dialect of `--dialect`."""
+    """Return the dialect of VAL that `--dialect` names."""
     from vrs_cli.values.diagnostics import Dialect
 
     return Dialect[options.dialect.upper()]
 
 
 def chosen_robot(options: argparse.Namespace, named: str | None = None) -> RobotModel:
-    """Return the robot of `--robot`, else the robot that a program file names (`named`), else the default robot. Report
-    choices that the robot's file does not determine on standard error. Raises VrsError.
+    """Return the robot that `--robot` names, else the robot that a program file names (`named`), else the default
+    robot. Print on standard error what vrs has chosen because the robot's file does not say it. Raises VrsError.
     """
     from vrs_cli.kinematics.robot_file import Ends, load_robot
 
@@ -209,7 +209,8 @@ def chosen_robot(options: argparse.Namespace, named: str | None = None) -> Robot
 
 
 def tell_notes(tell: Callable[[str], None], model: RobotModel, *, fitted: bool = True) -> None:
-    """Report choices that a robot's file does not determine; with `fitted` also the choice of the arm's task."""
+    """Report what vrs has chosen because a robot's file does not say it. `fitted`: also report the chosen task (which
+    parts of a pose the arm can reach)."""
     from vrs_cli.kinematics.model_data import task_notes
 
     notes = () if model.origin is None else model.origin.notes
@@ -227,7 +228,7 @@ def teller(prog: str) -> Callable[[str], None]:
 
 
 def clock_of(rate: float | None) -> WallClock | None:
-    """Return a clock that runs in real time; None for the robot's own time."""
+    """Return a clock that runs `rate` times as fast as real time; None (virtual time) if there is no rate."""
     if rate is None:
         return None
     import time
@@ -237,12 +238,12 @@ def clock_of(rate: float | None) -> WallClock | None:
     return WallClock(time.monotonic, time.sleep, rate)
 
 
-SCRIPT_WAIT_S = 60.0  # [s] maximum time that a unit waits for a scripted peer
+SCRIPT_WAIT_S = 60.0  # [s] maximum time that a program waits for input from a recorded or scripted device
 
 
 def chosen_outside(options: argparse.Namespace) -> Outside:
-    """Return the devices that programs may attach, by the options UNITS. Real devices set `options.realtime`. Raises
-    CommandLineError, FileError.
+    """Return the devices that programs may attach, as the options in `commands.UNITS` say. With real devices, set
+    `options.realtime`. Raises CommandLineError, FileError.
     """
     live = options.allow_net or options.serial
     sandbox, repeats = getattr(options, "sandbox", None) is not None, options.replay_units is not None

@@ -26,7 +26,8 @@ class Conversion(batch.Batch, frozen=True):
         return bool(self.options.output == commands.STANDARD_STREAM)
 
     def _station(self, terminal: batch.BatchTerminal, folder: opening.Folder) -> Station:
-        """Return the station. Raises CommandLineError for a robot that the target language does not support."""
+        """Return the station (the robot with its programs and clock). Raises CommandLineError for a robot that the
+        target language does not support."""
         station = super()._station(terminal, folder)
         with errors_of_options(UsageError):
             writers.TARGETS[self.options.to].check(station.engine.model)

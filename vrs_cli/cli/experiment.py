@@ -1,5 +1,5 @@
-"""Carry out `vrs lab experiment`: measure the effect of delays on commands, and on the view of a remote robot. This
-module contains the experiment `delays`; `other_experiments.py` contains all other experiments."""
+"""Carry out `vrs lab experiment`: measure the effect of delays on commands, and on the view of a remote robot. The
+experiment `delays` is in this module, all others are in `other_experiments.py`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ from vrs_cli.values import numbers, replies
 
 
 class Experiment(NamedTuple):
-    """An experiment. `options`: its own options. `defaults`: default values that differ from the usual ones."""
+    """An experiment. `run`: carries it out and returns the exit status. `options`: the names of its options, among
+    those in OWN_DEFAULTS. `defaults`: its default values that differ from OWN_DEFAULTS."""
 
     run: Callable[[Namespace], int]
     options: tuple[str, ...]
@@ -54,7 +55,7 @@ CHARTED = {
     "deltas": "d",
     "ahead": "a",
     "preview": "w",
-}  # curves that a plot shows; plain frames are left out, because their error is much larger
+}  # curves of a plot, and their characters in a text; `frames` is left out, because its error is much larger
 
 
 def experiment(options: Namespace) -> int:
@@ -78,7 +79,9 @@ def experiment(options: Namespace) -> int:
 
 
 def _delays(options: Namespace) -> int:
-    """Try all cases and print tables. Return 1 if the flags differ from the logs, or do not cover an error."""
+    """Try all cases and print tables. Flags mark times at which the view of the robot may be wrong. Return 1 if the
+    flagged times differ from those in the logs of both sides, or if the view by `deltas` has an error at another
+    time."""
     picture = options.plot if options.plot != commands.STANDARD_STREAM else None
     if picture is not None:
         check_plot(picture)
@@ -102,7 +105,8 @@ def _delays(options: Namespace) -> int:
 
 
 class ExperimentRow(Struct, frozen=True):
-    """A row of the tables: its delays, the trial of the first seed, and the outcome over all seeds."""
+    """A row of the tables. `delays`: the delays as text. `trial`: the trial of the first seed. `outcome`: the outcome
+    over all seeds."""
 
     delays: str
     trial: Trial
@@ -110,7 +114,8 @@ class ExperimentRow(Struct, frozen=True):
 
     @property
     def sound(self) -> bool:
-        """Return whether the flags agree with both logs, and no error of deltas is outside the flagged times."""
+        """Return whether the flagged times agree with the logs of both sides, and the view by `deltas` has no error at
+        other times."""
         outside = self.outcome.outside
         return self.outcome.agreed and outside.most_degrees == outside.most_mm == 0.0
 
@@ -121,7 +126,7 @@ class ExperimentRow(Struct, frozen=True):
 
 
 def _outcome(trial: Trial) -> TrialOutcome:
-    """Return the outcome of a trial. Garbage collection is off during the trial: a trial makes no garbage, and
+    """Return the outcome of a trial. Garbage collection is off during the trial: a trial leaves no cyclic garbage, and
     searching for it takes a tenth of the time."""
     gc.disable()
     try:
@@ -179,7 +184,8 @@ def _shares(row: ExperimentRow) -> tuple[str, ...]:
 
 
 def _errors(of: Callable[[Error], float], row: ExperimentRow) -> tuple[str, ...]:
-    """Return the errors of each strategy as text, or dashes if the robot has not moved."""
+    """Return the mean error of each strategy (a way to show the robot) as text, or dashes if the robot has not
+    moved."""
     return tuple(f"{of(error):.3f}" if row.has_moved else "-" for error in row.outcome.errors.values())
 
 
@@ -187,8 +193,8 @@ def _errors(of: Callable[[Error], float], row: ExperimentRow) -> tuple[str, ...]
 
 
 def _drawings(rows: Sequence[ExperimentRow]) -> Iterator[Curves]:
-    """Yield curves of the mean error [deg] over the lead [s], one for each policy and line. They contain only leads at
-    which the robot moved."""
+    """Yield the curves of the mean error [deg] over the lead [s] for each policy and each setting of the delays. They
+    contain only leads at which the robot moved."""
     for (name, policy), group in groupby(rows, lambda row: (row.delays, row.trial.policy)):
         some = sorted((row for row in group if row.has_moved), key=lambda row: row.trial.lead)
         errors = [{strategy.value: error.degrees for strategy, error in row.outcome.errors.items()} for row in some]
@@ -210,7 +216,7 @@ def _charts(rows: Sequence[ExperimentRow]) -> Iterator[Block]:
 
 
 def _between(at: Sequence[float] | Floats, values: Sequence[float] | Floats, x: float) -> float:
-    """Return the value at x, interpolated between its neighbours."""
+    """Return the value at x, linearly interpolated. `at`: the ascending positions of the values."""
     right = min(max(bisect_right(at, x), 1), len(at) - 1)
     part = (x - at[right - 1]) / (at[right] - at[right - 1])
     return values[right - 1] + part * (values[right] - values[right - 1])

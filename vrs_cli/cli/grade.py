@@ -85,13 +85,14 @@ def _students(paths: list[Path]) -> list[str]:
             break
         depth += 1
     last = {name.rpartition("/")[2] for name in names}
-    if depth > 1 and len(last) == 1:  # such as ann/robot.v2 and bob/robot.v2
+    if depth > 1 and len(last) == 1:  # the folders are the names, as in ann/robot.v2 and bob/robot.v2
         names = [name.rpartition("/")[0] for name in names]
     return [_text_of_name(name) for name in names]
 
 
 def _text_of_name(name: str) -> str:
-    """Return the end of a file name as text; bytes that are not valid characters are escaped."""
+    """Return a file name as text, shortened to its last 200 characters; bytes that are not valid characters are
+    escaped."""
     return os.fsencode(name).decode(errors="backslashreplace")[-200:]
 
 
@@ -105,7 +106,7 @@ def _read(student: str, path: Path) -> Submission:
         path = programs[0]
     name = _text_of_name(path.name)
     try:
-        # Read the text of the file
+        # open the file without following links
         with opening.Folder(path.parent, closed=True).open_to_read(path) as stream:
             if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
                 raise FileError("it is no file")
@@ -123,7 +124,8 @@ def _read(student: str, path: Path) -> Submission:
 
 
 FILES = ("json", "junit", "csv", "gradescope", "check50")  # options that name an output file
-FOR_ONE = ("gradescope", "check50")  # options whose file is about one submission
+# options whose file describes one submission; for several submissions they name a folder
+FOR_ONE = ("gradescope", "check50")
 
 
 def grade(options: Namespace) -> int:
@@ -177,7 +179,7 @@ def _check_exercise(options: Namespace) -> int:
 
 
 def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Submission]) -> tuple[Grading, ...]:
-    """Grade all submissions, print a table, and write all files; return the exit status."""
+    """Grade all submissions, print a table, and write all files; return the gradings."""
     grader = Grader(exercise)
     pages = None
     if options.html is not None:
@@ -200,7 +202,8 @@ def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Sub
         )
         raise
     gradings = by_student(found)
-    given = (Path(exercise.folder, "exercise", name) for name in ("given.v2", "start.v2"))  # given to all students
+    # program text that all students were given, which does not count as copied
+    given = (Path(exercise.folder, "exercise", name) for name in ("given.v2", "start.v2"))
     texts = [path.read_text(encoding="utf-8", errors="replace") for path in given if path.is_file()]
     alike = results.similar({one.student: one.text for one in submissions}, texts, exercise.similar)
     contents = results.results_object(exercise, gradings, alike)
@@ -214,7 +217,7 @@ def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Sub
 
 
 def _gradings(options: Namespace, grader: Grader, submissions: Sequence[Submission]) -> Generator[Graded, None, None]:
-    """Yield the gradings, which are made on this machine or on the workers of a Dask scheduler."""
+    """Yield the gradings of all submissions, computed on this machine or by the workers of a Dask scheduler."""
     replays = options.html is not None
     if options.dask is None:
         return grade_many(grader, submissions, options.jobs or core_count(), replays=replays)

@@ -98,7 +98,7 @@ def clock_rate(text: str) -> float:
 
 
 def _within(lowest: float, highest: float, unit: str, text: str) -> float:
-    """Read a number between two bounds."""
+    """Read a positive number from `lowest` to `highest`. `unit`: its unit in messages."""
     value = positive(text)
     _require(lowest <= value <= highest, f"{value:g} {unit} is not from {lowest:g} to {highest:g} {unit}")
     return value
@@ -203,7 +203,7 @@ def idle_time(text: str) -> float:
 
 
 def _read(parse: Callable[[str], T], text: str) -> T:
-    """Return the value that `parse` reads from the text. Raises WrongValue."""
+    """Return the value that `parse` reads from the text. Raises ArgumentTypeError in place of a VrsError."""
     try:
         return parse(text)
     except VrsError as error:
@@ -230,7 +230,7 @@ def ahead(text: str) -> float | Ahead:
 
 
 def delays(text: str) -> tuple[str, Delays]:
-    """Return the text, and the delays that it describes."""
+    """Read a description of delays, such as `gamma 200ms 80ms`. Return the text and the delays."""
     from vrs_cli.net.delay_line import parse_delays
 
     return text, _read(parse_delays, text)

@@ -28,7 +28,7 @@ def learn(options: Namespace) -> int:
     """Lead a learner through lessons until the learner leaves; return the exit status. Raises VrsError."""
     if options.check is not None:
         return _check(Path(options.check))
-    file = None  # with the learner's progress
+    file = None  # the file that stores the learner's progress; None: it is not stored
     with suppress(RuntimeError):  # the user has no home folder
         file = config.state_folder(os.environ) / "learn.json"
     course = _Course(options.lesson, file)
@@ -76,7 +76,7 @@ class _Course:
     def run(self, options: Namespace) -> int:
         """Lead the learner through lessons until the learner leaves; return the exit status."""
         progress = self._progress()
-        # the first unfinished lesson, starting the search at the latest lesson
+        # continue with an unfinished lesson: search from the latest lesson on, then from the first
         keys = [lessons.progress_key(folder) for folder in self.folders]
         start = keys.index(progress.latest) if progress.latest in keys else 0
         order = [*zip(keys, self.folders, strict=True)]
@@ -91,7 +91,8 @@ class _Course:
         return status
 
     def _progress(self) -> LearnerRecord:
-        """Read the learner's progress. A file that does not hold such a record is reported, and is not changed."""
+        """Read the learner's progress. If the file cannot be read as such a record, report it and leave it
+        unchanged."""
         try:
             return LearnerRecord(self._file)
         except FileError as error:

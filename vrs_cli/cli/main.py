@@ -22,8 +22,8 @@ INTERRUPTED = 130  # 128 + SIGINT, as shells report it
 BROKEN_PIPE = 141  # 128 + SIGPIPE, as shells report it
 
 
-FAMILIES = ("class", "lab", "tools")  # first words of subcommands whose name has two words
-MOVED: Mapping[str, str] = {  # old name of a subcommand: its new form
+FAMILIES = ("class", "lab", "tools")  # first words of the subcommands with names of two words
+MOVED: Mapping[str, str] = {  # by the old name of a subcommand: its current form
     **{name.split()[1]: f"vrs {name}" for name in SUBCOMMANDS if " " in name},
     "put": "vrs connect URL --put FILE",
     "get": "vrs connect URL --get NAME",
@@ -72,7 +72,8 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _prepare_streams() -> None:
-    """Set the standard streams to UTF-8 with line ends of POSIX. A closed stream is replaced by an empty one."""
+    """Set the standard streams to UTF-8, with a line feed at the end of output lines. Replace a closed stream by an
+    empty one."""
     for name, errors, newline in (  # `errors`: the treatment of bytes that are not UTF-8
         ("stdin", "replace", None),
         ("stdout", "backslashreplace", "\n"),
@@ -87,8 +88,8 @@ def _prepare_streams() -> None:
 
 
 def _choose(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
-    """Return the subcommand, its name in messages, and its arguments. Options without a subcommand belong to the
-    shell."""
+    """Return the subcommand, its name in messages, and its arguments. Without a subcommand, all options are options of
+    the shell."""
     if not arguments or arguments[0].startswith("-"):
         return "shell", "vrs", arguments
     name = arguments[0]
@@ -169,7 +170,8 @@ def _run_guarded(prog: str, subcommand: Callable[[], int]) -> int:
         _abandon_output()
         return BROKEN_PIPE
     except Exception as error:
-        if isinstance(error, OSError) and error.filename is None:  # an error of a stream: errors of files have a name
+        # an error of an output stream: errors of files name their file
+        if isinstance(error, OSError) and error.filename is None:
             _abandon_output()
             return _tell_error(prog, f"standard output cannot be written: {error.strerror}", FAILED)
         from vrs_cli.interfaces.dialogue import internal_error

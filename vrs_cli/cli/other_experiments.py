@@ -41,7 +41,8 @@ if TYPE_CHECKING:
 
 
 class MethodRows(NamedTuple):
-    """The scores over one line with delays in one scenario, by the names of viewers and controllers."""
+    """The scores for one setting of the delays and one scenario. `delays`: the delays as text. `viewers`,
+    `controllers`: the scores by name."""
 
     delays: str
     scenario: str
@@ -50,7 +51,8 @@ class MethodRows(NamedTuple):
 
 
 def run_methods(options: Namespace) -> int:
-    """Try all methods, and print tables. Raises MethodError for a class that fails, or CommandLineError."""
+    """Try all viewers and controllers, and print tables. Raises MethodError for a user's class that fails, or
+    CommandLineError."""
     for name in options.viewer:
         methods.load_method(name, methods.Predictor)
     for name in options.controller:
@@ -81,7 +83,7 @@ def _rows_methods(options: Namespace) -> Iterator[MethodRows]:
 
 
 def _cases_methods(options: Namespace) -> Iterator[tuple[str, MethodTrial]]:
-    """Yield the name of each line, and a trial whose seed is not set yet. Viewers are tried with the first
+    """Yield each case: its delays as text, and its trial for the first seed. Viewers are tried only with the first
     controller."""
     robot = chosen_robot(options)
     for scenario in options.scenario or ():
@@ -204,8 +206,8 @@ def _tell_results(path: Path, *, as_json: bool) -> None:
 
 
 class _People:
-    """Trials in which people drive a served robot at a page or a prompt, with the delays of each condition. The server
-    and the delay line stop when the stack is closed."""
+    """Trials in which people drive a served robot at a page or a prompt, with the delays of each condition. The server,
+    and the proxy that delays its messages, run until the caller's ExitStack (`stack`) is closed."""
 
     def __init__(self, study: Study, total: int, tell: Callable[[str], None], stack: ExitStack) -> None:
         self._study, self._total, self._tell = study, total, tell
@@ -293,8 +295,8 @@ def _first_line(child: Popen[str]) -> str:
 
 
 class TwinRows(NamedTuple):
-    """The result of a case: the names of its line and scenario, its trial, the curves of the first seed, and the
-    outcome over all seeds."""
+    """The result of one case. `delays`: its delays as text. `scenario`: the name of its disturbances. `curves`: the
+    errors of the first seed over time. `row`: the outcome over all seeds."""
 
     delays: str
     scenario: str
@@ -304,7 +306,8 @@ class TwinRows(NamedTuple):
 
 
 def run_twin(options: Namespace) -> int:
-    """Try all cases, print a table and draw. Return 1 if a wrong position is shown without a flag."""
+    """Try all cases, print tables, and draw curves for --plot. Return 1 if a view shows a wrong position that is not
+    flagged as possibly wrong."""
     if options.plot is not None:
         if options.plot == commands.STANDARD_STREAM or Path(options.plot).suffix.lower() != ".svg":
             raise CommandLineError("--plot of twin wants a picture", "--plot OUT.svg")
@@ -332,7 +335,7 @@ def run_twin(options: Namespace) -> int:
 
 
 def _cases_twin(options: Namespace) -> Iterator[tuple[str, str, TwinTrial]]:
-    """Yield the names of the line and the scenario, and the trial, of each case."""
+    """Yield each case: its delays as text, the name of its scenario, and its trial."""
     robot = chosen_robot(options)
     scenarios = [(name, _scenario(options, robot, name)) for name in options.scenario or twin.SCENARIOS]
     for name, forward, backward in lines_of(options):
@@ -404,11 +407,12 @@ def _row_object_twin(it: TwinRows) -> dict[str, object]:
 
 AnyTrial = TypeVar("AnyTrial", Trial, MethodTrial, TwinTrial)
 T = TypeVar("T")
-USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s] mean and deviation of the delay in each direction
+USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s] default mean and standard deviation of the delay in each direction
 
 
 def lines_of(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
-    """Yield the name of each line, and its delays in both directions. Raises CommandLineError."""
+    """Yield each setting of the delays: its text, the delays to the robot, and the delays back. Raises
+    CommandLineError."""
     lost = f", loss {options.loss:.1%}" if options.loss else ""
     if options.forward or options.backward:
         if options.delay or options.jitter:
@@ -443,7 +447,7 @@ def outcomes(outcome: Callable[[AnyTrial], T], trials: Sequence[AnyTrial], optio
 
 
 def _with_seed(it: AnyTrial, number: int) -> AnyTrial:
-    """Return the trial with a seed that is greater by `number`."""
+    """Return the trial with its seed increased by `number`."""
     if isinstance(it, TwinTrial):
         return structs.replace(it, trial=_with_seed(it.trial, number))
     return structs.replace(it, ways=structs.replace(it.ways, seed=it.ways.seed + number))
@@ -465,6 +469,6 @@ def print_rows(
 
 
 def _leave_signals() -> None:
-    """Ignore Ctrl-C in this process, because the parent process handles the signal."""
+    """Let a worker process ignore Ctrl-C, which the parent process handles, and end at SIGTERM."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

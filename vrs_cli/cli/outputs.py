@@ -35,7 +35,8 @@ STYLE = (
 
 
 class Outputs(Struct, frozen=True):
-    """The files to write, each a path or None."""
+    """The output files of a trajectory, each a path or None. `rate`: rows per second of the table [Hz]. `report_at`:
+    the time that the picture of the report shows [s]; None: the end."""
 
     csv: str | None
     rate: float
@@ -101,7 +102,8 @@ class Outputs(Struct, frozen=True):
 
 
 def write_export(exporter: Exporter, path: str, arm: RobotArm, timeline: Timeline, number: float) -> None:
-    """Write a trajectory in a format of `exports` or `pictures`. Raises FileError."""
+    """Write a trajectory in a format of `exports` or `pictures`. `number`: the samples per second [Hz], or the time of
+    a single picture [s]. Raises FileError."""
     from vrs_cli.files.exports import export
 
     sys.stdout.flush()
@@ -111,15 +113,15 @@ def write_export(exporter: Exporter, path: str, arm: RobotArm, timeline: Timelin
 
 def check_moment(option: str, t: float, timeline: Timeline) -> None:
     """Raise CommandLineError if a time [s] is outside a trajectory."""
-    # messages round the end of a trajectory to three decimals, possibly up
+    # allow half a millisecond: messages show the end rounded to 1 ms, and users copy it
     if not timeline.start <= t <= timeline.end + 0.0005:
         span = f"{timeline.start:.3f} to {timeline.end:.3f} s"
         raise CommandLineError(f"{option} {t:g} is not in the trajectory", f"give a moment from {span}")
 
 
 def make_folder(folder: str, named: str, hint: str, error: type[VrsError] = FileError) -> Path:
-    """Make a folder if it does not exist, and return its full path. Raises `error`, which calls the folder `named`;
-    also for the empty name."""
+    """Make a folder if it does not exist, and return its full path. Raises `error` if that fails or the name is empty;
+    its message calls the folder `named`."""
     try:
         os.makedirs(folder, exist_ok=True)
     except OSError as reason:
@@ -138,7 +140,7 @@ def write_text(path: str, text: str) -> None:
 
 
 def check_distinct(paths: Iterable[str]) -> None:
-    """Raise CommandLineError if two paths are the same file; a device may be named twice."""
+    """Raise CommandLineError if two paths name the same file. A device (such as /dev/null) may be named twice."""
     for one, other in combinations(paths, 2):
         path = os.path.realpath(one)
         if path == os.path.realpath(other) and (os.path.isfile(path) or not os.path.exists(path)):
@@ -149,7 +151,7 @@ def check_distinct(paths: Iterable[str]) -> None:
 def journal(
     path: str | None, engine: Engine, tell: Callable[[str], None], *, durable: bool
 ) -> Iterator[Callable[[], bool]]:
-    """Write every change of the timeline to a file, if one is named.
+    """Write every change of the timeline to the file `path`; None: to no file.
 
     `durable`: each change is on the disk before it takes effect. Yield a function that returns whether the file is
     complete. Raises FileError if the file cannot be started.

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from vrs_cli.trajectory.timeline import Timeline
 
 
-MAX_MEASURED = 500_000  # maximum number of reports that can be played
+MAX_MEASURED = 500_000  # maximum number of measured reports that are played as a motion
 
 
 def where(options: Namespace) -> None:
@@ -66,7 +66,7 @@ def where(options: Namespace) -> None:
 
 
 def _reports(options: Namespace, recording: Recording) -> MeasuredTimeline:
-    """Return the reports of a file. Raises CommandLineError if there are none."""
+    """Return the reports of the robot's body in a file. Raises CommandLineError if there are none."""
     if not recording.measured:
         raise CommandLineError(f"{options.file} has no measured reports", "leave --measured out")
     return recording.measured
@@ -187,7 +187,8 @@ def export(options: Namespace) -> None:
 
 
 def formats(asked: str | None = None) -> Mapping[str, Exporter]:
-    """Return all formats by name, but no picture formats (which load more modules) if `asked` is another format."""
+    """Return the export formats by name. Picture formats load more modules; leave them out if `asked` is another
+    format."""
     from vrs_cli.files.exports import EXPORTERS
 
     if asked in EXPORTERS:

@@ -1,4 +1,4 @@
-"""Carry out `vrs connect` and `vrs lab delay`. Also make the clients and read the tokens for other subcommands."""
+"""Carry out `vrs connect` and `vrs lab delay`. Also create the clients, and read the tokens, of other subcommands."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def ask_once(options: Namespace, make: Callable[[int], messages.Request]) -> mes
 
 def token_of(file: str | None) -> str:
     """Return the token in a file, which contains the token alone or as `vrs class token` prints it. Without a file
-    return the token in the environment. Raises CommandLineError."""
+    return the token in the environment variable VRS_TOKEN. Raises CommandLineError if the file cannot be read."""
     if file is None:
         return os.environ.get(TOKEN, "")
     try:
@@ -135,7 +135,7 @@ def _get(options: Namespace) -> None:
 
 
 def delay(options: Namespace) -> None:
-    """Run a proxy with delays until Ctrl-C."""
+    """Run a proxy that delays all messages, until Ctrl-C."""
     number = asyncio.run(_serve(options))
     if number in interrupt.ENDINGS:  # Ctrl-C only stops the proxy; other signals end the process
         raise interrupt.Ended(number)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 UNWATCHED_LIMITS: Mapping[str, float] = {  # limits for programs that nobody watches, on systems that have them
-    "max_wall": 300.0,  # [s] limits of counted steps are reached earlier, except on a very slow machine
+    "max_wall": 300.0,  # [s] except on a very slow machine, the limit on steps is reached first
     "max_memory": 4_000_000_000,  # bytes of address space; numpy needs some for each core
 }
 
@@ -116,8 +116,8 @@ def shell(options: Namespace) -> int:
 
 
 def _robot(options: Namespace, source: sources.Source | None) -> RobotModel | None:
-    """Return the robot that the options or the program file name. None: the robot in the file of --save, or the usual
-    one."""
+    """Return the robot that the options or the program file name. None: use the robot in the file of --save, or the
+    default robot."""
     if options.robot is not None:
         return chosen_robot(options)
     of_file = options.base is not None or options.tip is not None

@@ -77,7 +77,8 @@ def serve(options: Namespace) -> int:
 
 
 def _take_class(options: Namespace) -> ClassFolder | None:
-    """Set the options for a class: its tokens, its folders, and the page. Raises CommandLineError."""
+    """Set the options that --class implies: its tokens, its folders, and the page. Return the class folder; None
+    without --class. Raises CommandLineError."""
     if options.class_folder is None:
         return None
 
@@ -175,7 +176,7 @@ def _tls(options: Namespace) -> ssl.SSLContext | None:
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     try:
         context.load_cert_chain(options.tls_cert, options.tls_key)
-    except OSError as error:  # SSLError is an OSError as well
+    except OSError as error:  # also SSLError, which is a subclass
         files = " and ".join(filter(None, (options.tls_cert, options.tls_key)))
         raise CommandLineError(f"{files}: {error.strerror or error}", "a certificate and its key, in PEM") from None
     return context
@@ -213,6 +214,7 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
         styled=styled_lines,
     )
     places, own = room.RobotFolders(journal, folder), options.robots_per_token
-    idle = 600.0 if options.idle is None else options.idle  # [s] of robots that tokens have alone
+    # [s] without users, after which a robot that only one token may use is paused
+    idle = 600.0 if options.idle is None else options.idle
     wake, grants = server.wake, server.grants
     return room.Hub(robots, places, usual, audit, wake, tell, own=own, grants=grants, own_idle=idle, cells=cells)

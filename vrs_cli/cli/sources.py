@@ -28,7 +28,7 @@ PROGRAMS = (".v2", ".pg")  # suffixes of program files
 
 
 class Source(Struct, frozen=True):
-    """A program file: its text, and its name in messages."""
+    """A program file. `path`: its name in messages. `is_file`: False for standard input."""
 
     path: str
     text: str
@@ -71,8 +71,8 @@ def sources_of(paths: Iterable[str], *, closed: bool = False, samples: bool = Tr
     """Return the files of one name space, each once: the given paths, and the files that comments in them name (`;
     with: lib.v2`).
 
-    `closed`: a named file must be in the folder of the file that names it. `samples`: as in `read_source`. Raises
-    FileError.
+    `closed`: a named file must be in the folder of the file that names it. `samples`: a path may be the name of a
+    sample program of vrs. Raises FileError.
     """
     from vrs_cli.files.program_file import project_of
 
@@ -91,8 +91,8 @@ def are_together(named: Sequence[str], files: Sequence[str], project: bool) -> b
 
 
 def robot_of(prog: str, source: Source) -> str | None:
-    """Return the built-in robot that a program file names (`; robot: cobra600`). For any other name report that only
-    the command line can name files of robots."""
+    """Return the built-in robot that a program file names (`; robot: cobra600`). For any other name, print a note and
+    return None, because only the command line may name a robot's file."""
     from vrs_cli.kinematics.robot_file import robot_names
     from vrs_cli.language.text.parser import named_above
 

@@ -44,7 +44,7 @@ MAX_LINE_CHARS = 1 << 16  # maximum length of a line in characters; a longer one
 
 LOCAL = ("save", "csv", "rate", "plot", "report", "report_at", "profile", "realtime", "robot", "base", "tip", "task")
 ADDRESSES = ("ws://", "wss://")
-ALLOWANCE = 0.1  # [s] allowance for varying delays and for planning
+ALLOWANCE = 0.1  # [s] added to the measured round trip, for varying delays and for planning
 
 
 def steer(options: Namespace) -> int:
@@ -111,7 +111,8 @@ def _errors(
 
 @dataclass(slots=True)
 class _Run:
-    """The run of one stream: the options, and the number of lines that contained no target or a target out of reach."""
+    """The run of one stream of targets. `skipped`: the number of lines that contained no target. `unreached`: the
+    number of targets out of reach."""
 
     options: Namespace
     outputs: Outputs
@@ -159,7 +160,8 @@ class _Run:
         return first
 
     def _begin(self, model: RobotModel, first: TimedTarget) -> Steering:
-        """Begin at the joints of the first target if its time is 0, else at READY."""
+        """Return a robot that is ready to follow targets. It starts at the joints of the first target if its time is 0
+        and they are within their ranges, else in its READY pose."""
         start = None if first.t > 0.0 or isinstance(first.target, Transform) else first.target
         if start is not None and joints_outside(start, model.lower, model.upper):
             start = None
@@ -241,7 +243,7 @@ class _Run:
 
 
 class _ServedRun(_Run):
-    """The run of one stream at a served robot."""
+    """The run of one stream of targets that a served robot follows."""
 
     def run(self) -> int:
         """Follow the stream and report; return the exit status."""
@@ -272,8 +274,8 @@ class _ServedRun(_Run):
     def _send(
         self, steering: ChunkSteering, targets: Queue[TimedTarget | VrsError | None], clock: RobotClock, stop: Stoppable
     ) -> None:
-        """Send each target at its time, until the stream ends, a signal arrives, or the robot refuses a target. In a
-        pause of the stream the robot stops at the last target."""
+        """Send each target at its time, until the stream ends, a signal arrives, or the robot refuses a target. If the
+        stream pauses, the robot stops at the last target."""
         while stop.number is None and steering.refused is None:
             it: TimedTarget | VrsError | None = None
             with stop.broken_off():
@@ -298,7 +300,8 @@ class _ServedRun(_Run):
             self.progress(it.t)
 
     def _lead(self, robot: Supervisor) -> float:
-        """Return --lead, or the longest of three measured round trips plus the duration of a chunk [s]."""
+        """Return --lead, or else the longest of three measured round trips, plus the duration of a chunk (targets that
+        are sent together), plus ALLOWANCE [s]."""
         if self.options.lead is not None:
             return float(self.options.lead)
         times = [monotonic()]

@@ -19,11 +19,12 @@ from vrs_cli.repl.interrupt import alarm
 GRACE = 2.0  # [s] time that the current step gets to finish before it is interrupted
 LEAST_MEMORY = 256_000_000  # bytes of address space that the interpreter and numpy need
 
-LAST_BYTES = 16_000_000  # bytes that stay free; without them CPython 3.11 may loop in an exception handler
+# bytes that must stay free, because without memory CPython 3.11 may loop endlessly in an exception handler
+LAST_BYTES = 16_000_000
 CHECK_EVERY = 0.02  # [s] CPU time between two checks of the memory; a program takes less than LAST_BYTES in this time
 STATM = Path("/proc/self/statm")  # on Linux: the memory size of this process
 
-# a function of `end_by` that returns the context for code that may need more memory than the limit
+# takes `end_by`, which ends the running program, and returns a context for code that may need too much memory
 MemoryGuard = Callable[[Callable[[LimitReached], bool]], AbstractContextManager[None]]
 
 
@@ -56,9 +57,9 @@ def limited_time(seconds: float | None, end_by: Callable[[LimitReached], bool]) 
 def limited_memory(most: int | None) -> Iterator[MemoryGuard]:
     """Limit the address space of the process.
 
-    The yielded context is for code that may need more memory than the limit. When memory runs out in it, it lifts the
-    limit and lets `end_by` end the program, or raises LimitReached if no program runs. Raises CommandLineError if the
-    system has no such limit.
+    Yield a function that takes `end_by` and returns a context for code that may need too much memory. If memory runs
+    out in that context, the limit is lifted and `end_by` ends the program; if no program runs, LimitReached is raised.
+    Raises CommandLineError if the system has no such limit.
     """
     if most is None:
         yield partial(_guarded, 0, lambda: None)
@@ -96,7 +97,7 @@ def _guarded(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached
             if not end_by(reached):
                 raise reached
 
-    def tell(unraisable: sys.UnraisableHookArgs) -> None:  # ignore MemoryError in code that closes things
+    def tell(unraisable: sys.UnraisableHookArgs) -> None:  # ignore MemoryError in destructors
         if not isinstance(unraisable.exc_value, MemoryError):
             told(unraisable)
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def config(options: Namespace) -> int:
-    """Print the settings; return the exit status."""
+    """Print the settings of the shell; return the exit status."""
     from vrs_cli.repl.config import config_path, read_config, settings_text
 
     path = config_path(os.environ)
@@ -38,12 +38,13 @@ def config(options: Namespace) -> int:
 # --- vrs tools completion -------------------------------------------------------------------------------------------
 
 
-FILES = ("FILE", "OUT", ".v2", ".vrst", ".csv", ".html", ".svg")  # words of a placeholder that stand for a file
+# a placeholder that contains one of these words stands for a file
+FILES = ("FILE", "OUT", ".v2", ".vrst", ".csv", ".html", ".svg")
 FOLDERS = ("FOLDER", "DIR", "EXERCISE")
 
 
 def completion(options: Namespace) -> None:
-    """Print the completion script of a shell. One parser of the whole command line is made for it."""
+    """Print the script that lets a shell complete vrs. It is made from one parser for all subcommands."""
     import shtab
 
     whole = ArgumentParser(prog="vrs")

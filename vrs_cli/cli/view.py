@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 def view(options: Namespace) -> int:
-    """Watch until the user leaves; return the exit status."""
+    """Show a robot or a saved trajectory until the user leaves; return the exit status."""
     if not options.terminal:
         return show(options)
     refuse(
@@ -61,7 +61,8 @@ def view(options: Namespace) -> int:
 
 
 def _world(options: Namespace, arm: RobotArm) -> World | None:
-    """Return the world of --cell, for pictures on the terminal. Raises FileError."""
+    """Return the world (parts and fixtures over time) of the cell file --cell, for pictures on the terminal. Raises
+    FileError."""
     return None if options.cell is None else World(arm, read_cell(options.cell))
 
 
@@ -144,7 +145,8 @@ def show(options: Namespace) -> int:
 
 
 def run_beside(options: argparse.Namespace, stack: ExitStack, local_robot: LocalRobot) -> int:
-    """Run the shell beside the page. On a pipe, the page stays after the last line."""
+    """Run the shell for the robot that the page shows; return the exit status. On a pipe, serve the page after the last
+    line until a signal arrives."""
     connection = socket_port.SocketPort(local_robot.client(attended=on_terminal()))
     stack.callback(connection.close)
     status = at(Remote(connection, teller(options.prog)))
@@ -154,9 +156,9 @@ def run_beside(options: argparse.Namespace, stack: ExitStack, local_robot: Local
 
 
 def page_place(options: Namespace) -> PagePlace:
-    """Return the address and the secret of a page, from the options `--host` and `--port`. A port that the user chooses
-    keeps its secret, so that an open page stays valid. Raises CommandLineError, or NonexistentFile if the page is not
-    built."""
+    """Return the address and the secret of a page, from the options `--host` and `--port`. For a port that the user has
+    chosen, the secret is stored and used again, so that an open page stays valid. Raises CommandLineError, or
+    NonexistentFile if the page is not built."""
     from vrs_cli.net.local_server import PagePlace, checked_host, kept_secret, new_secret
 
     with errors_of_options(UsageError):
@@ -176,7 +178,7 @@ def tell_page(options: Namespace, address: str) -> None:
 
 
 def _open_browser(address: str) -> None:
-    """Open a browser. If there is none, the printed address is enough."""
+    """Open the page in a browser. Do nothing if there is none, because the address was printed."""
     with suppress(webbrowser.Error):
         webbrowser.open(address)
 
@@ -187,7 +189,8 @@ def _open_browser(address: str) -> None:
 def host_robot(
     options: Namespace, stack: ExitStack, at: PagePlace, model: RobotModel, cell: Cell | None, program: Define | None
 ) -> LocalRobot:
-    """Serve a new robot with its page until the stack is closed. Raises the errors of the program."""
+    """Serve a new robot and its page until the caller's ExitStack (`stack`) is closed. Raises the errors of the
+    program."""
     from vrs_cli.net.local_server import LocalRobot
 
     with errors_of_options(UsageError):
@@ -219,11 +222,11 @@ def host_program(options: Namespace, stack: ExitStack, at: PagePlace) -> LocalRo
     return host_robot(options, stack, at, model, cell, Define(source.text, f"{source.path}:"))
 
 
-# --- recordings, and robots of other servers --------------------------------------------------------------------------
+# --- saved trajectories, and robots on other servers ------------------------------------------------------------------
 
 
 def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
-    """Serve a page with a saved trajectory. Raises FileError."""
+    """Serve a page with a saved trajectory until `stack` is closed. Raises FileError."""
     from vrs_cli.net.local_server import LocalServer
 
     recording = read_recording(options.prog, options.url, lenient=options.lenient)
@@ -237,8 +240,8 @@ def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: C
 
 
 def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
-    """Serve the page of a robot of another server. `cell`: shown if the robot's server has none. Raises the server's
-    reason for a refusal."""
+    """Serve a page that shows a robot on another server, until `stack` is closed. `cell`: the cell to show if that
+    server has none for the robot. Raises the server's error if it refuses the connection."""
     from vrs_cli.net.local_server import BROWSER, LocalServer
 
     token, called = remote.token_of(options.token_file), options.name or BROWSER

@@ -60,7 +60,7 @@ class ArmWindow(Container):
         self._lines: list[TextLine] = []  # the lines of the picture on the screen
 
     def reset(self) -> None:
-        """Do nothing: each picture is drawn anew, so there is no state to reset."""
+        """Do nothing: each picture is drawn from scratch, so there is no state to reset."""
 
     def preferred_width(self, max_available_width: int) -> Dimension:
         return Dimension(preferred=max_available_width)

@@ -206,8 +206,8 @@ class RecoveryWriter:
         self._not_before = 0.0
 
     def keep(self) -> None:
-        """Write all unsaved work to the file, or remove the file if nothing is unsaved. After a slow write, skip the
-        next ones."""
+        """Write all unsaved work to the file, or remove the file if nothing is unsaved. After a slow write, wait some
+        time before writing again."""
         session, unfinished = self._conversation.session, self._conversation.unfinished_text
         if not (unfinished or session.unstored.programs() or session.unstored.items()):
             self.forget()
