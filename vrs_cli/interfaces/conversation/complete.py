@@ -1,7 +1,7 @@
-"""Suggest words that may come next on a line, from the tables of the language and the defined names. The functions are
-pure: text in, words out. A suggestion replaces the `start` characters before the cursor. The tables describe the kind
-of each argument (`Shape`); the session's memory lists the defined names (`names_of`). A signature shows which arguments
-a word takes, and which of them is being typed."""
+"""Suggest words that may come next on a line, from the tables of the language and the names defined by users. The
+functions are pure: text in, words out. A suggestion replaces the last `start` characters before the cursor. The tables
+give the kind of each argument (`Shape`); `names_of` collects the defined names from memory. A signature shows which
+arguments a word takes, and which of them is being typed."""
 
 from __future__ import annotations
 
@@ -26,11 +26,12 @@ from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_
 from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Route, Shape, State, Word, rows_for
 from vrs_cli.values import numbers, questions
 
-MAX_NAMES = 500  # maximum number of names of one kind in a menu, so that it stays readable
+MAX_NAMES = 500  # show at most this many names of one kind in a menu, so that it stays readable
 
 
 class DefinedNames(Struct, frozen=True):
-    """The defined names, each with a short note. `variables`: a function that lists the variables of a kind."""
+    """The names that can be suggested, each with a short note. `variables`: a function that returns the variables of a
+    kind."""
 
     programs: Mapping[str, str] = field(default_factory=dict)
     variables: Callable[[values.Kind], Mapping[str, str] | None] = lambda _kind: None
@@ -40,14 +41,14 @@ class DefinedNames(Struct, frozen=True):
     parts: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, *kinds: values.Kind) -> dict[str, str]:
-        """Return the variables of several kinds."""
+        """Return the variables of the given kinds, with their notes."""
         return {name: note for kind in kinds for name, note in (self.variables(kind) or {}).items()}
 
 
 def names_of(memory: Memory, branches: Iterable[str], parts: Iterable[str] = (), begun: str = "") -> DefinedNames:
-    """Return the first programs, variables (including elements of arrays) and parts of the cell whose names start with
-    `begun`, and all switches and parameters. A name that is not a word is quoted. Variables of a kind are collected
-    only when needed, because most lines need one kind or none."""
+    """Return the names that can be suggested: the first programs, variables (including elements of arrays) and parts of
+    the cell that start with `begun`, and all switches, parameters and `branches`. A part's name that is not a word is
+    quoted. Variables of a kind are collected only when needed, because most lines need one kind or none."""
     programs, begun = memory.programs, begun.lower()
     first = nsmallest(MAX_NAMES, (key for key in programs if key.startswith(begun)))
     written = (name if _NAME.fullmatch(name) else f'"{name}"' for name in parts)
@@ -75,7 +76,7 @@ def _note(value: numbers.Value, units: JointUnits) -> str:
 
 # --- the text before the cursor ------------------------------------------------------------------------------------
 
-# [characters] maximum length of a completed line: the time of backward searches grows with its square
+# [characters] suggest nothing for longer lines: the time of some searches grows with the square of the length
 MAX_LINE_CHARS = 1000
 _PREFIX = re.compile(r"[#$]?[A-Za-z][\w.]*$|[#$.]$|\.[A-Za-z]+$")
 _OPERAND_BEFORE = re.compile(r"([\w.]+|[\])\"])\s+$")
@@ -92,7 +93,8 @@ _NESTED = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 
 
 def innermost(text: str) -> tuple[str, int] | None:
-    """Return the function whose argument list contains the cursor, and the index of the argument at the cursor."""
+    """Return the function whose argument list contains the end of the text, and the index of the argument there. The
+    name is "" in brackets that follow no function name. None outside all brackets."""
     before = _BY.sub(",", text)
     if (at := open_bracket(before, "([")) is None:
         return None
@@ -102,7 +104,7 @@ def innermost(text: str) -> tuple[str, int] | None:
 
 
 def open_bracket(text: str, opening: str) -> int | None:
-    """Return the index of the last opening bracket without a closing one."""
+    """Return the index of the last bracket in `opening` that has not been closed; None if all are closed."""
     depth, closing = 0, "".join(")" if one == "(" else "]" for one in opening)
     for at in range(len(text) - 1, -1, -1):
         depth += (text[at] in closing) - (text[at] in opening)
@@ -112,7 +114,7 @@ def open_bracket(text: str, opening: str) -> int | None:
 
 
 def top_level(text: str) -> str:
-    """Return the text without the parts inside parentheses or brackets."""
+    """Return the text without the contents of parentheses and brackets."""
     kept, depth = [], 0
     for character in text:
         depth += (character in "([") - (character in ")]")
@@ -123,13 +125,13 @@ def top_level(text: str) -> str:
 
 # --- suggestions for each kind of argument ----------------------------------------------------------------------------
 
-Candidates = Iterable[tuple[str, str]]  # pairs of a suggested word and its explanation
+Candidates = Iterable[tuple[str, str]]  # pairs of a word to suggest and its explanation
 
 PLACE_FUNCTIONS = (values.Kind.LOCATION, values.Kind.PRECISION)
 
 
 def _of(*kinds: values.Kind) -> Callable[[DefinedNames], Candidates]:
-    """Return a function that lists the variables and the functions of some kinds."""
+    """Return a function that lists the variables and the language's functions of the given kinds."""
     functions = [
         (row.name if row.constant else f"{row.name}(", row.summary)
         for row in FUNCTIONS.values()
@@ -169,7 +171,8 @@ SHAPES: Mapping[Shape, Callable[[DefinedNames], Candidates]] = {
 
 @cache
 def _all_words() -> tuple[tuple[str, str], ...]:
-    tables = (FUNCTIONS, CONTROL, INSTRUCTIONS, monitor.COMMANDS)  # for equal names the last table applies
+    # a name in several tables is explained by the last one
+    tables = (FUNCTIONS, CONTROL, INSTRUCTIONS, monitor.COMMANDS)
     return tuple({name: row.summary for table in tables for name, row in table.items()}.items())
 
 
@@ -188,7 +191,7 @@ WORDS: Mapping[str, Callable[[DefinedNames], Candidates]] = {
 
 
 def _rows(table: Mapping[str, Word], begun: str = "") -> Candidates:
-    """Return the words of a table that are supported and start with `begun`."""
+    """Return those words of a table that are supported and start with `begun`, with their explanations."""
     return (
         (name, explanation(word))
         for name, word in table.items()
@@ -197,7 +200,7 @@ def _rows(table: Mapping[str, Word], begun: str = "") -> Candidates:
 
 
 def explanation(word: Word) -> str:
-    """Return the syntax and the meaning of a word."""
+    """Return the syntax and the meaning of a word, as the note of a suggestion."""
     return f"{word.form}: {word.summary}"
 
 
@@ -208,8 +211,8 @@ def suggestions(
     text: str, names: DefinedNames, folder: Folder = FREE, *, in_program: bool = False, everything: bool = True
 ) -> list[questions.Suggestion]:
     """Return the words that may continue `text`, best first. `in_program`: the line is a step of a program, not a
-    command. `folder`: the folder whose files are suggested. Unless `everything` is set, real functions and constants
-    are suggested only after their first letter, because there are so many that they would hide other words."""
+    command. `folder`: where files are looked up. If `everything` is false, real functions and constants are suggested
+    only after their first letter, because there are so many that they would hide other words."""
     if len(text) > MAX_LINE_CHARS:
         return []
     line = _LABEL.sub("", text, count=1) if in_program else text
@@ -217,7 +220,7 @@ def suggestions(
     if ";" in blanked or blanked.count('"') % 2 or _NUMBER_TYPED.search(blanked):
         return []
     prefix = typed_name(line)
-    lower = prefix.lstrip("#$.").islower()  # suggest keywords in lower case, too
+    lower = prefix.lstrip("#$.").islower()  # if the user types in lower case, suggest keywords in lower case
     found: dict[str, questions.Suggestion] = {}
     for word, note in _candidates(blanked, prefix, names, in_program):
         key = word.upper()
@@ -230,7 +233,7 @@ def suggestions(
 
 
 def typed_name(text: str) -> str:
-    """Return the part of a name that is typed at the end of a line."""
+    """Return the beginning of a name that is being typed at the end of a line; "" if there is none."""
     found = _PREFIX.search(text) if len(text) <= MAX_LINE_CHARS else None
     return found.group() if found else ""
 
@@ -249,12 +252,13 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
         return _explain_candidates(rest.lstrip(), prefix, names)
     if word.name == "DO" and not in_program:
         return _candidates(rest.lstrip(), prefix, names, True)
-    group = _GROUP.match(rest) if word.group_size else None  # a complete pair of parentheses, after words like READ
+    # the parentheses of the first arguments of words like READ, if already closed
+    group = _GROUP.match(rest) if word.group_size else None
     return _inside(word, rest if group is None else rest[group.end() :], prefix, names, word.group_size if group else 0)
 
 
 def _explain_candidates(text: str, prefix: str, names: DefinedNames) -> Candidates:
-    """Return the words that may follow EXPLAIN: topics, motions, locations."""
+    """Return the words that may follow EXPLAIN: topics, motions and locations."""
     first = _FIRST.match(text)
     if first is not None and first.end() < len(text):
         return _places(names) if first[1].upper() in monitor.EXPLAINED else _candidates(text, prefix, names, True)
@@ -264,7 +268,7 @@ def _explain_candidates(text: str, prefix: str, names: DefinedNames) -> Candidat
 
 
 _COMMON = "MOVE MOVES DRIVE READY APPRO DEPART WHERE HERE SPEED OPENI CLOSEI LOAD EXECUTE HELP"
-COMMON = tuple(_COMMON.split())  # these are listed first
+COMMON = tuple(_COMMON.split())  # the most common words are suggested first
 
 
 def _beginnings(names: DefinedNames, in_program: bool, begun: str) -> Candidates:
@@ -278,16 +282,17 @@ def _beginnings(names: DefinedNames, in_program: bool, begun: str) -> Candidates
 
 
 def _row_of(word: str, in_program: bool) -> Word | None:
-    """Return the table row of a word, which may be abbreviated. Commands are searched before instructions."""
+    """Return the table row of a word, which may be abbreviated; None if it is unknown or ambiguous. Commands take
+    precedence over instructions."""
     tables = (INSTRUCTIONS, CONTROL) if in_program else (monitor.COMMANDS, INSTRUCTIONS, CONTROL)
     rows = rows_for(word, *tables)
     return rows[0] if len(rows) == 1 else None
 
 
 def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: int) -> Candidates:
-    """Return the words that may come next among the arguments of a word. `before`: the line up to the cursor, with
-    strings blanked out. It starts at the word, or at the closed parentheses around its `first` arguments, and ends with
-    the name that is being typed."""
+    """Return the words that may come next among the arguments of `word`. `before`: the text of its arguments up to the
+    cursor, with strings blanked out, including the name `prefix` that is being typed. `first`: the number of arguments
+    in closed parentheses before that text (after words like READ)."""
     if (nested := innermost(before)) is not None:
         function = FUNCTIONS.get(nested[0])
         inner = _argument(function.arguments, nested[1]) if function else None
@@ -297,7 +302,8 @@ def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: in
     settled, level = before[: len(before) - len(prefix)], top_level(before)
     there = settled.upper().split()
     after_connecting = bool(there) and there[-1] in _CONNECTING
-    ended = _OPERAND_BEFORE.search(settled) is not None and not after_connecting  # whether the last operand is complete
+    # whether the operand before the cursor is complete
+    ended = _OPERAND_BEFORE.search(settled) is not None and not after_connecting
     connecting = [row for row in _connecting(word, ended) if row[0] not in there]
     if ended:
         return connecting
@@ -318,7 +324,8 @@ def _of_shape(argument: Argument, names: DefinedNames) -> Candidates:
 
 
 def _connecting(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:
-    """Yield the words that may come between arguments or after them."""
+    """Yield the words that may stand between or after the arguments of `word`. `operand_ended`: whether the last
+    argument is complete."""
     yield from ((text, "") for text in (word.links if isinstance(word, Control) else ()))
     yield from ((argument.lead, argument.name) for argument in word.arguments if argument.lead)
     if operand_ended or not word.required_count:
@@ -327,7 +334,8 @@ def _connecting(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:
 
 
 def _argument(arguments: tuple[Argument, ...], index: int) -> Argument | None:
-    """Return the argument at an index. The last argument, if it can be repeated, is returned for all later indexes."""
+    """Return the argument at an index. The last argument stands for all later indexes if it can be repeated; otherwise
+    None."""
     if index < len(arguments):
         return arguments[index]
     return arguments[-1] if arguments and arguments[-1].repeated else None
@@ -344,7 +352,7 @@ EXTENSIONS: Mapping[str, tuple[str, ...]] = {
 
 
 def _files(line: str, folder: Folder) -> list[questions.Suggestion]:
-    """Return the files that a FILE argument may name: folders, and files with a suitable extension."""
+    """Return the folders and the files with a suitable extension that the first argument may name, if it is a file."""
     first = _FIRST.match(line)
     word = _row_of(first.group(1).upper(), False) if first else None
     if word is None or first is None or not word.arguments or word.arguments[0].shape is not Shape.FILE:
@@ -375,13 +383,13 @@ def _paths(typed: str, folder: Folder, extensions: tuple[str, ...]) -> Iterator[
 
 _QUOTED_OR_COMMENT = re.compile(r'"[^"]*"?|;.*')
 _FIRST_WORD = re.compile(r"\s*(?:\d+\s+)?(?:(?:DO|EXPLAIN)\s+(?=[A-Za-z]))?([A-Za-z][\w.]*)(\s|$)", re.IGNORECASE)
-_SEPARATOR = re.compile(r",|\bBY\b", re.IGNORECASE)  # BY can separate arguments like a comma
+_SEPARATOR = re.compile(r",|\bBY\b", re.IGNORECASE)  # BY separates arguments as a comma does
 _BEFORE_PARENTHESIS = re.compile(r"([#$]?[A-Za-z][\w.]*)\s*$")
 
 
 class Signature(Struct, frozen=True):
-    """The syntax of a word (its `form`), the positions of its arguments in that text (start and end index), and the
-    index of the `active` argument."""
+    """The syntax of a word or program. `form`: the syntax as text; `summary`: its meaning; `arguments`: the start and
+    end index of each argument in `form`; `active`: the index of the argument that is being typed."""
 
     form: str
     summary: str
@@ -389,12 +397,12 @@ class Signature(Struct, frozen=True):
     active: int
 
 
-Programs = Callable[[str], Program | None]  # function: program key -> program, whose heading shows its syntax
+Programs = Callable[[str], Program | None]  # returns the program with a key, whose heading gives the parameters
 
 
 def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Signature | None:
-    """Return the signature of the innermost unclosed function or program call at the end of the text. Without an
-    unclosed call, return the signature of the first word."""
+    """Return the signature of the innermost function or program call that is still open at the end of the text
+    `before`; if none is open, of the first word. None if that word has no arguments."""
     text = blank_out(before)
     if (at := open_bracket(text, "(")) is not None:
         found = _BEFORE_PARENTHESIS.search(text[:at])
@@ -402,12 +410,12 @@ def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Si
     found = _FIRST_WORD.match(text)
     row = _row_of(found[1], not at_prompt) if found else None
     if found is None or row is None or not row.arguments or not (found[2] or row.name == found[1].upper()):
-        return None  # the word may be typed incompletely
+        return None  # no arguments, or an abbreviation that may be only the beginning of another word
     return _signature(row.form, row.summary, (argument.name for argument in row.arguments), text[found.end() :])
 
 
 def blank_out(line: str) -> str:
-    """Return the line with strings and comments replaced by blanks; columns do not change."""
+    """Return the line with its strings and comments replaced by blanks of the same length."""
     return _QUOTED_OR_COMMENT.sub(lambda found: " " * len(found[0]), line)
 
 
@@ -429,8 +437,8 @@ def _signature(form: str, summary: str, names: Iterable[str], rest: str) -> Sign
 
 
 def _argument_places(form: str, names: Iterable[str]) -> Iterator[tuple[int, int]]:
-    """Yield the position of each argument name in a word's syntax, `form`. The search starts after the word, and then
-    after each name found."""
+    """Yield the start and end index of each argument name in `form`, the syntax of a word. Each name is searched after
+    the word itself and after the previous name."""
     found = re.match(r"[#$]?[\w.]+", form)
     at = found.end() if found else 0
     for name in names:

@@ -1,5 +1,5 @@
-"""Pass the lines of a user, from a terminal, a pipe or a connection, to a session. Programs are collected line by line,
-and errors become replies."""
+"""Pass the lines that a user types, at a terminal, through a pipe or over a connection, to a session. Lines of a
+program are collected until its `.END`, and errors become replies."""
 
 from __future__ import annotations
 
@@ -28,51 +28,52 @@ from vrs_cli.language.words import functions, word
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import acts, diagnostics, hand, numbers, questions, replies, results
 
-RUNNING = "*"  # prompt while a program runs
-PASTED_TOGETHER = 16  # number of pasted lines that are carried out before other users get a turn
-A_PROGRAM = "a program"  # the name of a typed program in errors of missing rights
-MANY_NAMES = 1000  # a search of this many names takes some milliseconds, so another thread does it
+RUNNING = "*"  # the prompt while a program runs
+PASTED_TOGETHER = 16  # carry out this many pasted lines before other users have a turn
+A_PROGRAM = "a program"  # what a typed program is called in the error for a user who may not store one
+MANY_NAMES = 1000  # let another thread search more names than this, because that takes some milliseconds
 CONSTANTS = tuple(name.lower() for name, row in functions.FUNCTIONS.items() if row.constant)
 
 _ASKED = re.compile(r"\s*(?:\?\s*(?P<behind>[#$]?[A-Za-z][\w.]*)?|(?P<before>[#$]?[A-Za-z][\w.]*)\s*\?)\s*")
 
 
 def _place(arm: RobotArm, timeline: Timeline, t: float) -> tuple[Vector, str]:
-    """Return the position of the tool tip in the world [m] at a time [s], and the words for the arm's configuration."""
+    """Return the position of the tool tip in the world [m] at time t [s], and the words for the arm's configuration."""
     position = position_at(arm, timeline, t)
     T = position.T_world_tool
     return (T.px, T.py, T.pz), str(arm.configuration(position.joints))
 
 
 class Conversation:
-    """The lines of one user, and the program that the user is typing. Each method returns a dialogue for the actor;
-    nothing that a user types raises an exception in it. `user_state`: the state of this user, if the robot also
-    has other users (`UserSession.put` runs dialogues with that state)."""
+    """The lines of one user, and the program that the user is typing. Its methods return dialogues for the actor; no
+    line that a user types raises an exception in them. `user_state`: the state of this user, if the robot also has
+    other users (`UserSession.put` runs the dialogues with that state)."""
 
     def __init__(self, session: Session, user_state: UserState | None = None) -> None:
         self.session, self.user_state = session, user_state or session.user_state
         self.entry: buffer.ProgramBuffer | None = None
-        self._refused: str = ""  # program whose heading was refused: its steps are dropped
-        self._dropped = 0  # number of its steps dropped among the current lines
-        self._left_out = 0  # number of faulty lines left out of the typed program
-        self._pasted = ""  # programs and sections pasted before others
+        # name of a program whose heading was refused, so that its steps are dropped; "" if there is none
+        self._refused: str = ""
+        self._dropped = 0  # number of steps of the refused program that the current lines contain
+        self._left_out = 0  # number of lines with mistakes that were left out of the typed program
+        self._pasted = ""  # finished programs and sections of a paste, to be stored together with those that follow
         self._jogger = Jogger(self.session)
-        self._place = lru_cache(maxsize=1)(_place)  # the prompt queries it again after each key
+        self._place = lru_cache(maxsize=1)(_place)  # cached, because the prompt asks for the same place after each key
 
     # --- lines ---
 
     def perform(self, dialogue: Dialogue[None]) -> None:
-        """Carry out a dialogue at the terminal of the session, and show errors as replies."""
+        """Carry out a dialogue at the terminal of the session. Errors are shown as replies."""
         try:
             self.session.converse(dialogue)
         except BrokenPipeError:
-            raise  # the reader of the output has closed the pipe
+            raise  # the reader of the output has closed the pipe, so no reply can be shown
         except (Exception, KeyboardInterrupt) as error:
             self.session.terminal.show(self.error_reply(error, ""))
 
     def lines(self, text: str, more: bool = False) -> Dialogue[None]:
-        """Carry out one line, or several lines that were pasted together. Ctrl-C during one of them drops the lines
-        after it. `more`: the next call continues with further lines of the same paste."""
+        """Carry out one line, or several lines that were pasted together. Ctrl-C during a line drops the lines after
+        it. `more`: the next call brings further lines of the same paste."""
         self.user_state.interrupted, self._dropped, refused = False, 0, self._refused
         lines = text.splitlines() or [""]
         for number, line in enumerate(lines, 1):
@@ -85,17 +86,18 @@ class Conversation:
             if self.user_state.interrupted:
                 break
             if not number % PASTED_TOGETHER:
-                yield from beside(lambda: None)  # let other users have their turn, if many users are served
+                yield from beside(lambda: None)  # a short pause, so that other users have a turn if many are served
         if self._pasted:
             yield from self._guard(self._store(), "")
-        if refused and self._dropped and not self.user_state.attended:  # a person has seen the refusal
+        # not for a person, who has seen that the program was refused
+        if refused and self._dropped and not self.user_state.attended:
             what = f"{numbers.count(self._dropped, 'line')} of {refused} dropped: that program was refused"
             yield self.error_reply(RequestRefused(what, ".END ends it"), "")
         if self._refused and self.user_state.attended and not more:
-            self.entry, self._refused = None, ""  # the user was already informed that the program was refused
+            self.entry, self._refused = None, ""  # a person knows that the program was refused, and need not type .END
 
     def _guard(self, dialogue: Dialogue[None], line: str) -> Dialogue[None]:
-        """Show errors as replies, so that the next line can be carried out."""
+        """Carry out a dialogue. An error becomes a reply, so that the next line can be carried out."""
         try:
             yield from dialogue
         except BrokenPipeError:
@@ -117,7 +119,7 @@ class Conversation:
         elif self.entry is not None:
             checked = alone and self.user_state.attended and not self._refused
             if checked and (mistake := self.entry.mistake(line, self.session.environment.kinds)) is not None:
-                self._left_out += 1  # the line does not become a step of the program
+                self._left_out += 1  # the line is not added to the program
                 raise diagnostics.LineRefused(mistake)
             yield from self._step(self.entry, line, goes_on=goes_on)
         elif self.user_state.editor is None and buffer.opens_entry(line):
@@ -126,7 +128,8 @@ class Conversation:
             yield from self.session.answers(line)
 
     def mistake(self, text: str) -> diagnostics.Diagnostic | None:
-        """Return the first mistake in a line that has not been sent yet. Pasted lines are not checked."""
+        """Return the first mistake in a line that is still being typed; None if there is none. Pasted lines are not
+        checked."""
         session, entry = self.session, self.entry
         if not text.strip() or "\n" in text or self._topic_of(text) is not None:
             return None
@@ -137,7 +140,8 @@ class Conversation:
         return None if buffer.opens_entry(text) and not buffer.ProgramBuffer(text).is_program else session.mistake(text)
 
     def _topic_of(self, line: str) -> str | None:
-        """Return the topic of a help line: `?` ("" for all topics), `word?` or `?word`; None for any other line."""
+        """Return the topic that a line asks help for: `word?` or `?word`, "" for `?` alone; None if the line does not
+        ask for help."""
         if (found := _ASKED.fullmatch(line)) is None:
             return None
         return found["behind"] or found["before"] or (EDITING if self.user_state.editor is not None else "")
@@ -145,8 +149,8 @@ class Conversation:
     # --- typing a program ---
 
     def _open(self, header: str) -> Dialogue[None]:
-        """Open a program with its `.PROGRAM` line. The lines after it are its steps; if the heading is refused, these
-        are dropped."""
+        """Begin a program or section with its first line (`.PROGRAM name`). The lines after it are added to it; they
+        are dropped if the first line is refused."""
         self.entry = buffer.ProgramBuffer(header)
         name = self.entry.name
         self._refused = name or "the program"
@@ -156,8 +160,8 @@ class Conversation:
         self._refused = ""
 
     def _step(self, entry: buffer.ProgramBuffer, line: str, *, goes_on: bool) -> Dialogue[None]:
-        """Take a line of a program, or `.END`. `goes_on`: another program or section was pasted after this one and will
-        be stored with it; it may contain the locations of the program."""
+        """Add a line to the typed program; `.END` ends the program. `goes_on`: another program or section follows in
+        the same paste, and is stored together with this program, because it may contain the program's locations."""
         self._dropped += bool(self._refused)
         if not buffer.closes_entry(line):
             entry.add(line)
@@ -172,14 +176,16 @@ class Conversation:
                 self.session.check_may(A_PROGRAM, word.Role.SUPERVISOR)
             except VrsError:
                 if self.user_state.attended:
-                    self.entry = entry  # another user drives now, but this user may drive again later
+                    # keep the program, because this user may be allowed to store it later (another user drives now)
+                    self.entry = entry
                 raise
             self._pasted += entry.source
         if not goes_on:
             yield from self._store()
 
     def _store(self) -> Dialogue[None]:
-        """Check the typed programs and store them in memory. EXECUTE without a name then runs the first of them."""
+        """Check the typed programs, and store them in memory. The first new one becomes the program that EXECUTE
+        without a name runs."""
         text, self._pasted = self._pasted, ""
         loaded = yield from self.session.read_file(text)
         before = dict(self.session.programs)
@@ -194,8 +200,8 @@ class Conversation:
             yield replies.Message(f"Program {stored.name}: {steps}{replaced}{ready}")
 
     def leave_entry(self, why: str = "") -> Dialogue[None]:
-        """Drop the program that is being typed, and inform the user (Ctrl-C, or the end of the input). A person is
-        asked first if text would be lost."""
+        """Drop the program that is being typed or edited, because of Ctrl-C or the end of the input, and tell the user.
+        A person is asked first if text would be lost. `why`: the reason, the beginning of the message."""
         editor = self.user_state.editor
         if editor is not None:
             name, how = editor.name, "E would have stored it"
@@ -215,21 +221,21 @@ class Conversation:
 
     @property
     def _has_text(self) -> bool:
-        """Return whether any text of the program has been typed."""
+        """Return whether leaving would lose typed text of a program."""
         editor = self.user_state.editor
         return editor.changed if editor is not None else self.entry is not None and bool(self.entry.lines)
 
     # --- acts of the user ---
 
     def act(self, act: results.UserAct[Any]) -> Dialogue[Any]:
-        """Carry out an act of the user that is not a line of text. Raises VrsError."""
+        """Carry out an act of the user that is not a line of text. Return its result. Raises VrsError."""
         match act:
             case acts.Attend():
                 yield from self._guard(self.session.ask_for_tasks(), "")
             case acts.LeaveEntry():
                 yield from self._guard(self.leave_entry(act.why), "")
             case acts.StopProgram():
-                # after the arm has stopped, report the end of the program
+                # the end of the program is reported later, when the arm has stopped
                 track = self.session.tasks.get(ROBOT_PROGRAM)
                 if track is None or not track.running:
                     yield replies.Message("Nothing to stop: EXIT leaves")
@@ -252,15 +258,15 @@ class Conversation:
         return None
 
     def interrupt(self, ticket: Ticket[Any]) -> None:
-        """Interrupt the request of this ticket (Ctrl-C, from any thread). A program or a line of the prompt stops
-        before its next step; in any other request KeyboardInterrupt is raised."""
+        """Interrupt the request of a ticket (Ctrl-C). A program or prompt line stops before its next step; in any other
+        request KeyboardInterrupt is raised. Any thread may call this method."""
         if not self.session.interrupt(self.user_state):
             ticket.throw(KeyboardInterrupt())
 
     # --- while a line is being typed ---
 
     def suggesting(self, text: str, everything: bool) -> Dialogue[list[questions.Suggestion]]:
-        """Suggest words for the end of an incomplete line. If there are many names, another thread searches them."""
+        """Return words that may continue the line `text`. If there are many names, another thread searches them."""
         session, memory, branches = self.session, self.session.environment, tuple(self.session.branches.names)
         world = session.driver.world
         parts = () if world is None else world.settings.parts
@@ -308,9 +314,9 @@ class Conversation:
         )
 
     def _hidden_constants(self) -> tuple[str, ...]:
-        """Return the constants that are hidden by variables of the same name: variables of the program being typed, or
-        any variables with a value. Without a person at the terminal nothing is searched, because no colours are shown
-        and each line of a long program would be parsed."""
+        """Return the constants that are hidden by variables of the same name: variables of the program being typed;
+        otherwise variables with a value. Return none if no person is present: no colours are shown then, and the search
+        would parse a long program again after each line."""
         entry = self.entry
         if not self.user_state.attended:
             return ()
@@ -319,12 +325,12 @@ class Conversation:
 
     @property
     def in_program(self) -> bool:
-        """Return whether the next line belongs to a program."""
+        """Return whether the next line is a line of a program."""
         return self.entry is not None or self.user_state.editor is not None
 
     @property
     def unfinished_text(self) -> str:
-        """The program that is being typed or edited, as text of a file."""
+        """The program that is being typed or edited, as the text of a program file; "" if there is none."""
         editor, entry = self.user_state.editor, self.entry
         if editor is not None:
             return editor.source
@@ -332,6 +338,6 @@ class Conversation:
 
     @property
     def prompt(self) -> str:
-        """The prompt if the next line belongs to a program, otherwise ""."""
+        """The prompt for a line of a program; "" if the next line is not a line of a program."""
         asks = self.user_state.editor or self.entry
         return "" if asks is None else asks.prompt

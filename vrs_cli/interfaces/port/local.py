@@ -1,5 +1,5 @@
-"""The port to a robot in the same process. A thread that waits for a message meanwhile advances the robot's time and
-tasks."""
+"""The port to a robot in the same process. A thread that waits for a message at this port advances the robot's clock
+and tasks in the meantime."""
 
 from __future__ import annotations
 
@@ -29,31 +29,32 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 T = TypeVar("T")
-LOOK_AGAIN_S = 0.005  # [s] time between two checks whether the thread that runs the robot has finished the request
+LOOK_AGAIN_S = 0.005  # [s] while another thread runs the robot, check at this interval whether a message has arrived
 
 
 class KnownError(Refusal, frozen=True, kw_only=True):
-    """An error of this process, kept as the exception itself."""
+    """A refusal by a robot in the same process; it contains the exception itself."""
 
     cause: BaseException
 
     def error(self) -> VrsError:
-        """Return the error. If it is not a VrsError, raise it."""
+        """Return the VrsError. Any other exception is raised instead."""
         if isinstance(self.cause, VrsError):
             return self.cause
         raise self.cause
 
 
 class _LocalUser(user_session.UserSession):
-    """The user of a robot in the same process. Its status can be read at any time."""
+    """The user of a robot in the same process. The state that the prompt shows can be read at any time, so no message
+    contains it."""
 
     tells_status, begins = False, -inf
-    conditions: station.Conditions | None = None  # used for all requests of the user
+    conditions: station.Conditions | None = None  # conditions under which all requests of this user are carried out
 
     @property
     def rate(self) -> float | None:
-        """Return how many seconds of robot time pass per second of real time; None if robot time does not follow real
-        time."""
+        """How many seconds of the robot's time pass per second of real time; None if the robot's clock does not follow
+        real time."""
         clock = self.session.engine.clock
         return clock.rate if isinstance(clock, WallClock) and not clock.paused else None
 
@@ -71,7 +72,8 @@ class _LocalUser(user_session.UserSession):
 
 
 class LocalPort:
-    """The port of a user of a robot in the same process. `typed` is called with each line before it is carried out."""
+    """The port of a user to a robot in the same process. `typed` is called with each line before the line is carried
+    out."""
 
     name, one_user, open, cuts, stalls = "", True, True, 0, 0
 
@@ -85,7 +87,7 @@ class LocalPort:
         session.body.told.append(self._warn)
 
     def under(self, conditions: station.Conditions) -> LocalPort:
-        """Return a port to the same robot whose requests are carried out under these conditions."""
+        """Return a port to the same robot that carries out its requests under the given conditions."""
         other = copy(self)
         other.user = copy(self.user)
         other.user.conditions = conditions
@@ -116,21 +118,21 @@ class LocalPort:
         self.console.outlets.append(outlet)
 
     def take(self, inbox: feed.Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
-        """Return the next message. With `seconds`, carry out only the events that are due now, even if these take
-        longer than `seconds`."""
+        """Return the next message in an inbox, and run the robot until there is one. With `seconds`: only carry out the
+        events due now (which may take longer than that), and return None if there is still no message."""
         if seconds is not None and not inbox:
             self._do_what_is_due()
         while seconds is None and not inbox:
             if not self._driving.acquire(timeout=LOOK_AGAIN_S):
-                continue  # another thread runs the robot
+                continue  # another thread is running the robot: check the inbox again
             try:
                 if inbox:
-                    break  # that thread has meanwhile delivered a message
+                    break  # another thread has delivered a message in the meantime
                 goes_on = self._actor.lets_time_pass
                 self._actor.step()
                 if goes_on:
                     self.console.progress(Running(self.session.engine.now))
-            except Exception as error:  # an error in a task that nobody waits for; it has ended the task
+            except Exception as error:  # an error in a task for which no user waits; the task has been stopped
                 self.console.show(internal_error(error))
             finally:
                 self._driving.release()
@@ -147,7 +149,7 @@ class LocalPort:
             self.step()
 
     def step(self) -> None:
-        """Carry out the next due event. If none is due, wait for one or until `wake` is called."""
+        """Carry out the next event of the robot. If there is none now, wait for one, or until `wake` is called."""
         with self._driving:
             try:
                 self._actor.step()
@@ -155,11 +157,11 @@ class LocalPort:
                 self.console.show(internal_error(error))
 
     def wake(self) -> None:
-        """Make `step` return if it is waiting. May be called from any thread."""
+        """Make `step` return if it is waiting. Any thread may call this method."""
         self._actor.wake()
 
     def give_up(self, error: BaseException) -> str:
-        """Drop the unfinished requests. Their outlets receive the reason."""
+        """Drop the requests that have not ended. Their outlets receive the error as the reason."""
         self.user.drop(error)
         return ""
 
@@ -177,7 +179,8 @@ class LocalPort:
             return self.session.engine.events.subscribe()
 
     def report(self, reports: Sequence[Report]) -> None:
-        """Add reports of a body to the robot's record, and react to an alarm as configured. Raises IllegalValue."""
+        """Add reports of a body (the real or simulated arm) to the robot's record, and react to an alarm as configured.
+        Raises IllegalValue."""
         with self._driving:
             self.session.body.take(reports)
         self._do_what_is_due()
@@ -204,7 +207,7 @@ class LocalPort:
 
     @property
     def due(self) -> float:
-        """Return the seconds until the next event for `take`; infinity in virtual time."""
+        """The real time until the next event that `take` carries out [s]; infinity in virtual time."""
         clock = self.session.engine.clock
         return clock.until(self.session.driver.peek()) if isinstance(clock, WallClock) else inf
 

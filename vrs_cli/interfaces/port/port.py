@@ -1,6 +1,7 @@
-"""The port to a robot: one user sends requests, and receives replies, questions, and the end of each request. There are
-two transports: `interfaces/port/local.py` in this process, and `net/` over a connection. Front ends and roles work with
-both. `Previewed` is the timeline as a user knows it, including commands that are still on their way."""
+"""The port to a robot: through it one user sends requests, and receives replies, questions, and the end of each
+request. There are two kinds: `interfaces/port/local.py` for a robot in this process, and `net/` for a robot at the
+other end of a connection. Front ends and roles work with both. `Previewed` is the timeline as a user knows it,
+including the effects of commands that are still being transmitted."""
 
 from __future__ import annotations
 
@@ -25,13 +26,13 @@ from vrs_cli.wire import messages
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
-MakeRequest = Callable[[int], messages.Request]  # makes a request with this id
+MakeRequest = Callable[[int], messages.Request]  # makes a request with the given id
 Outlet = Callable[[messages.ServerMessage], None]
 
 
 class Console:
-    """The terminal of a session whose user communicates by messages. `attended`: a person is present. `progress` is
-    called while a program runs or a file is read."""
+    """The terminal of a session whose user communicates by messages: each reply becomes a message to the `outlets`.
+    `attended`: a person is present. `progress` is called while a program runs or a file is read."""
 
     def __init__(self, attended: bool = False) -> None:
         self.attended = attended
@@ -45,7 +46,7 @@ class Console:
         self._tell(messages.Typed(text, newline))
 
     def ask(self, _question: questions.Question) -> questions.Answer:
-        """Return no answer, because questions reach the user through the request."""
+        """Return no answer: the user receives questions as messages about a request."""
         return None
 
     def _tell(self, message: messages.ServerMessage) -> None:
@@ -54,13 +55,13 @@ class Console:
 
 
 class FollowedRobot(position.Watched, Protocol):
-    """A robot whose timeline, known from the time `begins` [s], and whose body's reports, `measured`, are kept up to
-    date."""
+    """A robot with a timeline that is kept up to date. `begins`: the timeline is known from this time on [s];
+    `measured`: the reports of the robot's body (the real or simulated arm), also kept up to date."""
 
     @property
     def rate(self) -> float | None:
-        """Return how many seconds of robot time pass per second of real time; None if robot time does not follow real
-        time."""
+        """How many seconds of the robot's time pass per second of real time; None if the robot's clock does not follow
+        real time."""
 
     @property
     def begins(self) -> float: ...
@@ -69,106 +70,108 @@ class FollowedRobot(position.Watched, Protocol):
 
 
 class Port(Protocol):
-    """The connection of one user to a robot. Any thread may send; only the waiting thread calls `take`."""
+    """The connection of one user to a robot. Any thread may send; only the thread that waits for an answer calls
+    `take`."""
 
     @property
     def name(self) -> str:
-        """The user's name at the robot; empty for a robot in the same process."""
+        """The user's name at the robot; "" for a robot in the same process."""
 
     @property
     def one_user(self) -> bool:
-        """Return whether the robot has only this user."""
+        """Whether the robot has no other users."""
 
     @property
     def open(self) -> bool:
-        """Return whether there is a connection now; always true in the same process."""
+        """Whether there is a connection now; always true for a robot in the same process."""
 
     @property
     def world(self) -> World | None:
-        """Return the cell around the robot, if it is known on this side."""
+        """The world of the cell around the robot (its parts and sensors); None if it is not known in this process."""
 
     @property
     def cuts(self) -> int:
-        """Return how many times the connection was lost."""
+        """How many times the connection has been lost."""
 
     @property
     def stalls(self) -> int:
-        """Return how many times the connection was silent for so long that it may have been cut."""
+        """How many times nothing has arrived for so long that the connection may have been lost."""
 
     def check_open(self) -> None:
-        """Check that there is a connection now. Raises RequestRefused if not."""
+        """Check that there is a connection now. Raises RequestRefused."""
 
     def begin(self, make: MakeRequest, outlet: Outlet) -> int:
-        """Send a request and return its id. The outlet receives its replies and, last, its end. Raises RequestRefused
-        without a connection."""
+        """Send the request that `make` makes. Return its id. The outlet receives the replies to it and, as the last
+        message, its end. Raises RequestRefused without a connection."""
 
     def take(
         self, inbox: feed.Inbox[messages.ServerMessage], seconds: float | None = None
     ) -> messages.ServerMessage | None:
-        """Wait for the next message in an inbox, and return it; None after `seconds` [s]. In the same process, the
-        robot's time and tasks advance meanwhile."""
+        """Wait for the next message in an inbox, and return it; None if there is none after `seconds` [s]. The clock
+        and the tasks of a robot in the same process advance in the meantime."""
 
     def tell(self, message: messages.ClientMessage) -> None:
-        """Send a message that has no answer. Safe to call in a signal handler."""
+        """Send a message that has no answer. Signal handlers may call this method."""
 
     def post(self, make: MakeRequest, outlet: Outlet) -> None:
-        """Send a request without any waiting, even for the sending. Without a connection, the outlet receives
-        `Refused`. Safe to call in a signal handler."""
+        """Send a request without waiting, not even until it is sent. Without a connection, the outlet receives
+        `Refused`. Signal handlers may call this method."""
 
     def interrupt(self) -> bool:
-        """Stop the request for which the user waits (Ctrl-C). Return whether the request will end without further
-        action. Safe to call in a signal handler."""
+        """Stop the request for which the user is waiting (Ctrl-C). Return whether the request will now end by itself.
+        Signal handlers may call this method."""
 
     def give_up(self, error: BaseException) -> str:
-        """Stop waiting for sent requests because of an error on this side. Return a message about these requests for
-        the user."""
+        """Stop waiting for the requests already sent, because of an error in this process. Return a message for the
+        user about these requests; "" if there is nothing to say."""
 
     def listen(self, outlet: Outlet) -> None:
-        """Send all messages that are not answers to requests to this outlet."""
+        """Send all messages that do not answer a request to this outlet."""
 
     def follow(self) -> FollowedRobot:
-        """Return the robot's timeline and clock, kept up to date afterwards. Raises RequestRefused."""
+        """Return the robot's timeline and clock, which are kept up to date from now on. Raises RequestRefused."""
 
     def subscribe(self) -> feed.Subscription[engine.TimelineChange]:
-        """Subscribe to the timeline and to all later changes of it. The timeline must be followed."""
+        """Subscribe to the timeline and all later changes of it. `follow` must have been called before."""
 
     def preview_now(self) -> Previewed:
-        """Return the robot's future, including the effects of requests that are on their way to it. The timeline must
-        be followed."""
+        """Return the robot's future, including the effects of requests that are still being transmitted. `follow` must
+        have been called before."""
 
     def status(self) -> questions.PromptStatus:
-        """Return the state that a prompt shows, as far as it is known on this side."""
+        """Return the state that a prompt shows, as far as it is known in this process."""
 
     def program(self, key: str) -> Program | None:
-        """Return a program in memory; only possible if the robot is in the same process."""
-
-    @property
-    def on_screen(self) -> object:
-        """Return the object that the open question shows on the screen; only possible if the robot is in the same
+        """Return a program in the robot's memory by its key; None if there is none, or if the robot is in another
         process."""
 
     @property
+    def on_screen(self) -> object:
+        """What the open question shows on the full screen; None if the robot is in another process."""
+
+    @property
     def due(self) -> float:
-        """Return the seconds until `take` has an event to carry out; infinity if events happen without `take`."""
+        """The real time until `take` has an event to carry out [s]; infinity if the robot does not depend on `take`."""
 
     def close(self) -> None:
-        """Disconnect from the robot: no more requests are sent."""
+        """Disconnect from the robot; no more requests are sent."""
 
 
 def ends(message: messages.ServerMessage, id: int) -> bool:
-    """Return whether a message is the end of the request with this id."""
+    """Return whether a message is the end of the request with the given id."""
     return isinstance(message, messages.Done | messages.Refused | messages.Result) and message.id == id
 
 
 def check_end(end: messages.ServerMessage) -> messages.ServerMessage:
-    """Return the last message of a request. Raises the error if the robot has refused the request."""
+    """Return the message that ends a request. Raises the error in it if the robot has refused the request."""
     if isinstance(end, messages.Done | messages.Refused) and end.refusal is not None:
         raise end.refusal.error()
     return end
 
 
 def answer_to(asked: messages.Asked, ask: Callable[[questions.Question], questions.Answer]) -> messages.Answer:
-    """Ask the user a question. Return the answer, or the message that there is none."""
+    """Ask the user a question. Return the message with the answer, or a message that the input has ended or was
+    interrupted."""
     try:
         return messages.Answer(asked.number, ask(asked.question))
     except EndOfInput:
@@ -177,14 +180,14 @@ def answer_to(asked: messages.Asked, ask: Callable[[questions.Question], questio
         return messages.Answer(asked.number, how=messages.How.INTERRUPTED)
 
 
-FRESH = 3.0  # [s] how long a flag (a mark on a wrong display) is shown after its interval
+FRESH = 3.0  # [s] a note about a wrong display stays visible for this time after the interval in which it was wrong
 
 
 class Expected(Struct, frozen=True):
-    """The expected effect of a command that is on its way to the robot. `issued`: its time of issue on the robot's
-    clock [s]. `begin`: the time from which it changes the timeline [s]; None: no change. `refused`: the error that the
-    robot will answer, if any. `planned`: the change is already shown; otherwise anything after its arrival may change.
-    `text`: the command as typed."""
+    """The expected effect of a command that is still being transmitted to the robot. `text`: the command as typed.
+    `issued`: when it was issued, by the robot's clock [s]. `begin`: the time from which it changes the timeline [s];
+    None: no change. `refused`: the error that the robot will answer, if any. `planned`: the shown timeline contains the
+    change; otherwise anything after its arrival may change."""
 
     id: int
     text: str
@@ -195,13 +198,16 @@ class Expected(Struct, frozen=True):
 
 
 class Previewed(Struct, frozen=True):
-    """A timeline that includes the effects of all commands on their way. `now`: the robot's clock. `heard`: the latest
-    known time t_c of the robot's clock, which is D_b old: the timeline is certain up to t_c. `arrives`: when a command
-    sent now would arrive at the robot. `shown`: the time that a viewer sees [s]; `predicts`: whether that differs from
-    `now`. `unconfirmed`: the time [s] after which the robot has not confirmed the timeline (infinity: all confirmed),
-    because commands are on their way (`expected`, in the order of sending), or the connection is lost (`away`).
-    `round_trip`: D_f + D_b [s]. `flagged`: time intervals, in order, in which a wrong state was shown, because a
-    command was not known yet."""
+    """A timeline that includes the effects of all commands that are still being transmitted. All times are of the
+    robot's clock [s].
+
+    - `now`: the current time. `shown`: the time that a viewer sees; `predicts`: whether it differs from `now`.
+    - `heard`: the time t_c of the latest message from the robot, which is D_b old (D_b: the delay from the robot): the
+      timeline is certain up to t_c. `arrives`: when a command sent now would arrive at the robot. `round_trip`: D_f +
+      D_b.
+    - `unconfirmed`: the robot has not confirmed the timeline after this time (infinity: all is confirmed), because
+      commands are being transmitted (`expected`, in the order of sending) or the connection is lost (`away`).
+    - `flagged`: intervals, in order, in which a wrong state was shown because a command was not known yet."""
 
     timeline: Timeline
     now: float
@@ -216,7 +222,8 @@ class Previewed(Struct, frozen=True):
     flagged: tuple[tuple[float, float], ...] = ()
 
     def lines(self, t: float) -> Iterator[str]:
-        """Yield the notes that apply at t [s]."""
+        """Yield the notes that a viewer shows at time t [s]: how far it predicts, what was wrong, what is
+        unconfirmed."""
         if self.predicts:
             ahead, round_trip = numbers.seconds(self.shown - self.heard), numbers.seconds(self.round_trip)
             yield f"{ahead} ahead of what is heard, D_f + D_b is {round_trip}"
@@ -233,8 +240,9 @@ Begin = Callable[[Callable[[int], messages.Request], Callable[[messages.ServerMe
 
 
 class FarHand:
-    """The sender of jog steps for held keys. It waits for the arm's answer to each step, so that no step is left over
-    after a key is released. `begin`: the method of a port; `seen`: the state of the arm before the first step."""
+    """The sender of JOG steps for a held key. It waits for the arm's answer to each step before the next step, so that
+    no steps are pending when the key is released. `begin`: the method of a port; `seen`: the state of the arm before
+    the first step."""
 
     def __init__(self, begin: Begin, joints: int, units: JointUnits, seen: hand.Seen) -> None:
         self.joints, self.units = joints, units
@@ -242,14 +250,14 @@ class FarHand:
         self._on_way: list[hand.Press | hand.StopJog | hand.Look] = []
 
     def do(self, act: hand.Press | hand.StopJog | hand.Look) -> hand.Seen:
-        """Send the action of a key, and return the last known state of the arm."""
+        """Send the action of a key. Return the last known state of the arm."""
         if act not in self._on_way:
             self._send(act)
         return self._seen
 
     def _send(self, act: hand.Press | hand.StopJog | hand.Look) -> None:
         def hear(end: messages.ServerMessage) -> None:
-            with suppress(ValueError):  # a brake command, or a request that is no longer known
+            with suppress(ValueError):  # `act` is a brake command, or was dropped when the connection was lost
                 self._on_way.remove(act)
             if isinstance(end, messages.Done) and isinstance(end.found, hand.Seen):
                 self._seen = end.found

@@ -1,6 +1,6 @@
-"""One user of a robot: the user's messages become requests to the robot's actor, and the robot's replies become
-messages to the user. Nothing here waits, or depends on whether the user is in the same process or at the other end of a
-connection."""
+"""One user of a robot: messages of the user become requests to the robot's actor, and replies of the robot become
+messages to the user. No function here waits, or depends on whether the user is in the same process or at the other end
+of a connection."""
 
 from __future__ import annotations
 
@@ -31,8 +31,9 @@ T = TypeVar("T")
 
 
 class Pending(Struct, eq=False):
-    """An unfinished request, and the outlet for its messages. `answer` makes the last message from the result; without
-    `answer` the last message is `Done`. `wrong`: the first error reply of the request."""
+    """A request that has not ended, and the outlet for its messages. `message`: the message with the request. `answer`:
+    makes the last message from the result; None: the last message is `Done`. `wrong`: the first error reply of the
+    request."""
 
     id: int
     outlet: Outlet
@@ -42,16 +43,17 @@ class Pending(Struct, eq=False):
 
 
 class _Found(NamedTuple):
-    """The result of a command, and the prompt state after it."""
+    """The result of a command, and the state that the prompt shows after it."""
 
     status: questions.PromptStatus
     found: Any
 
 
 class UserSession:
-    """One user of a robot: a user state, a conversation, unfinished requests, and open questions. A subclass may limit
-    requests (`ask`), and choose how they reach the robot (`submit`). `tells_status`: the message at the end of a
-    command contains the state that the prompt shows."""
+    """One user of a robot. `user_state`: the state kept for the user; `conversation`: the lines that the user types;
+    `pending`: the requests that have not ended; `questions`: the open questions by id. A subclass may limit requests
+    (`ask`), and choose how they reach the robot (`submit`). `tells_status`: the message at the end of a command
+    contains the state that the prompt shows."""
 
     tells_status = True
 
@@ -74,20 +76,21 @@ class UserSession:
 
     @property
     def now(self) -> float:
-        """The robot's clock on the branch that the user sees [s]."""
+        """The time of the robot's clock on the branch that the user sees [s]."""
         return self.session.branches.seen_by(self.user_state)[1]
 
     # --- messages from the user ---
 
     def take(self, message: messages.ClientMessage, outlet: Outlet) -> None:
-        """Carry out a message. The outlet receives the replies, or the refusal if the message cannot be carried out."""
+        """Carry out a message of the user. The outlet receives the replies, or the refusal if the message causes an
+        error."""
         try:
             self.carry_out(message, outlet)
         except Exception as error:
             self.refuse(message, error, outlet)
 
     def carry_out(self, message: messages.ClientMessage, outlet: Outlet) -> None:
-        """Carry out a message. Raises the errors that it causes."""
+        """Carry out a message of the user. The outlet receives the replies. Raises errors that prevent this."""
         conversation = self.conversation
         match message:
             case messages.Line():
@@ -122,7 +125,7 @@ class UserSession:
                 raise KeyError(type(message))
 
     def refuse(self, message: messages.ClientMessage, error: Exception, outlet: Outlet) -> None:
-        """Report that a message was refused."""
+        """Tell the user that a message was refused because of an error."""
         told, id = self.refusal(error), message.id if isinstance(message, messages.Request) else None
         outlet(
             messages.Done(message.id, ok=False, refusal=told, version=self.timeline.version)
@@ -139,7 +142,8 @@ class UserSession:
         *,
         urgent: bool = False,
     ) -> None:
-        """Have the robot run the dialogue of a request."""
+        """Let the robot run the dialogue that carries out a request. `answer`: makes the last message from the
+        result."""
         if self.tells_status and isinstance(message, messages.Line | messages.At | messages.Abort):
             dialogue = self._with_status(dialogue)
         self.submit(dialogue, Pending(message.id, outlet, message, answer), urgent=urgent)
@@ -149,7 +153,7 @@ class UserSession:
         return _Found(self.status(), found)
 
     def status(self) -> questions.PromptStatus:
-        """Return the state that the user's prompt shows. Call this in the robot's thread, while the user is being
+        """Return the state that the user's prompt shows. Call only in the robot's thread, while this user is being
         served."""
         return self.conversation.status()
 
@@ -159,14 +163,15 @@ class UserSession:
             self.pending[ticket] = pending
 
     def put(self, dialogue: Dialogue[T], outlet: ActorOutlet | None = None, *, urgent: bool = False) -> Ticket[T]:
-        """Queue a dialogue for the robot; it runs with the state of this user."""
+        """Queue a dialogue as a request of this user; it runs with this user's state."""
         session = self.session
         if self.user_state is not session.own_user_state:
             dialogue = session.at(self.user_state, dialogue)
         return session.actor.submit(dialogue, urgent=urgent, by=self.user_state, outlet=outlet)
 
     def stops(self, line: str) -> bool:
-        """Return whether a line is urgent, that is, overtakes all waiting requests."""
+        """Return whether a line is an ABORT that this user may give now; it is carried out before all waiting
+        requests."""
         if line.lstrip()[:2].upper() != STOPPING[0][:2] or self.user_state.editor is not None:
             return False
         try:
@@ -179,13 +184,13 @@ class UserSession:
         return True
 
     def _with_issue_time(self, issued: float | None, dialogue: Dialogue[T]) -> Dialogue[T]:
-        """Return a dialogue with the issue time of its request: the time claimed by the sender, limited to possible
-        values."""
+        """Return a dialogue that knows when its request was issued: at the time claimed by the sender, limited to
+        possible values."""
         user = self.user_state
         return dialogue if issued is None else user.with_issue_time(user.times.issue_time(issued, self.now), dialogue)
 
     def _interrupt(self) -> None:
-        """Answer the open questions by Ctrl-C. Without an open question, stop the unfinished requests."""
+        """Interrupt the open questions as Ctrl-C does. If none is open, interrupt the requests that have not ended."""
         waits = {} if self.questions else self.pending
         for question, ticket in self.questions.values():
             ticket.throw(KeyboardInterrupt(), question.id)
@@ -195,7 +200,7 @@ class UserSession:
                 self.conversation.interrupt(ticket)
 
     def _answer(self, message: messages.Answer) -> None:
-        """Pass an answer to the request that asked the question. Ignore the answer if the question is no longer
+        """Pass an answer to the request that asked the question. Ignore an answer to a question that is no longer
         open."""
         if message.question not in self.questions:
             return
@@ -210,7 +215,7 @@ class UserSession:
     # --- replies of the robot to a request ---
 
     def hear(self, pending: Pending, ticket: Ticket[Any], said: replies.Reply | questions.Question | None) -> None:
-        """Send a reply or question of a request to the user; None means that the request has ended."""
+        """Send a reply or question of a request to the user. `said` is None when the request has ended."""
         if said is None:
             self.end(pending, ticket)
         elif isinstance(said, questions.Question):
@@ -223,7 +228,7 @@ class UserSession:
             pending.outlet(messages.Told(said, pending.id or None))
 
     def end(self, pending: Pending, ticket: Ticket[Any]) -> None:
-        """Report how a request has ended."""
+        """Tell the user how a request has ended."""
         self._withdraw(ticket, pending.outlet)
         self.pending.pop(ticket, None)
         error = ticket.error(0.0)
@@ -248,7 +253,7 @@ class UserSession:
             pending.outlet(messages.Refused(self.refusal(error), pending.id))
 
     def _withdraw(self, ticket: Ticket[Any], outlet: Outlet) -> None:
-        """Withdraw the open question of a request that has continued or ended."""
+        """Withdraw the open question of a request, because the request has continued or ended without an answer."""
         for number, (_, asked) in tuple(self.questions.items()) if self.questions else ():
             if asked is ticket:
                 del self.questions[number]
@@ -256,11 +261,11 @@ class UserSession:
 
     @property
     def asked_by_programs(self) -> tuple[tuple[questions.Question, Ticket[Any]], ...]:
-        """The unanswered questions of programs."""
+        """The open questions of programs (PROMPT), with the requests that ask them."""
         return tuple(one for one in self.questions.values() if isinstance(one[0], questions.LineWanted))
 
     def drop(self, error: BaseException) -> None:
-        """Drop the unfinished requests, and report the error for each of them."""
+        """End the requests that have not ended, and send the error as the last reply to each of them."""
         for ticket, pending in tuple(self.pending.items()):
             ticket.withdraw()
             outlet, pending.outlet = pending.outlet, lambda _message: None
@@ -268,7 +273,7 @@ class UserSession:
             outlet(messages.Done(pending.id, ok=False))
 
     def refusal(self, error: BaseException) -> messages.Refusal:
-        """Return an error as a message. For an internal error the message contains as little detail as in the shell."""
+        """Return the message for an error. For an internal error it contains as little detail as in the shell."""
         if isinstance(error, VrsError):
             return messages.Refusal.of(error)
         if isinstance(error, LineStopped):
@@ -279,7 +284,7 @@ class UserSession:
         return messages.Refusal.of(RequestRefused(said.text))
 
     def leave(self) -> None:
-        """Drop the unfinished requests of a user who has left."""
+        """End the requests of a user who has left, and forget the user."""
         for ticket in tuple(self.pending):
             ticket.withdraw()
         self.session.actor.call(lambda: self.session.leave(self.user_state))

@@ -1,5 +1,6 @@
-"""Views of a port for programs. An observer asks for the position of a robot at any time, and never waits for the users
-who move it. A supervisor is an observer who also commands motions, programs, settings, branches and ABORT."""
+"""Roles of programs at a port (the connection of one user to a robot). An observer asks for the position of a robot at
+any time, and never waits for users who move the robot. A supervisor is an observer who also commands motions, programs,
+settings, branches and ABORT."""
 
 from __future__ import annotations
 
@@ -30,7 +31,7 @@ T = TypeVar("T")
 
 
 class RecordedRobot(NamedTuple):
-    """A saved trajectory that can be observed like a robot; all of it is in the past."""
+    """A saved trajectory that can be observed like a robot whose motions are all over."""
 
     arm: RobotArm
     timeline: Timeline
@@ -41,7 +42,8 @@ class RecordedRobot(NamedTuple):
 
 
 class Observer:
-    """An observer of a robot: its position at any time (g) of its timeline. Units are metres, radians, seconds."""
+    """An observer of a robot: computes its position at any time of its timeline (the function g). Units are metres,
+    radians and seconds."""
 
     def __init__(self, watched: position.Watched) -> None:
         self.watched = watched
@@ -60,21 +62,22 @@ class Observer:
 
     @property
     def frames(self) -> commands.Frames:
-        """The BASE and TOOL that are in effect now."""
+        """The frames BASE and TOOL that are in effect now."""
         return self.timeline.locate(self.now)[0].motion.frames
 
     def at(self, t: float | None = None) -> results.Position:
-        """Return the position of the robot at t [s], past or future; by default now."""
+        """Return the position of the robot at time t [s], past or future; by default now."""
         return position.position_at(self.arm, self.timeline, self.now if t is None else t)
 
     def over(self, times: Floats) -> position.PositionArrays:
-        """Return the positions of the robot at times (N,) [s]."""
+        """Return the positions of the robot at the given times [s], an array of shape (N,)."""
         return position.positions_at(self.arm, self.timeline, times)
 
 
 class _Conversation:
-    """A listener of a port: passes messages that answer no request to the inbox of the current conversation, if there
-    is one. It has no reference to the Supervisor, so that the port does not keep the Supervisor alive."""
+    """A listener at a port. It passes messages that answer no request to the inbox of the current conversation, if
+    there is one. It does not refer to the Supervisor, so that the port, which refers to it, does not keep the
+    Supervisor alive."""
 
     def __init__(self) -> None:
         self.notes, self.lock = Notes(), Lock()
@@ -86,9 +89,9 @@ class _Conversation:
 
 
 class Supervisor(Observer):
-    """A user who commands a robot through a port. Units are metres, radians, seconds. Any thread may call any method:
-    requests are carried out one at a time, in the order of sending. If the robot refuses a request, VrsError is raised;
-    without a connection, RequestRefused. No method waits for a connection."""
+    """A user who commands a robot through a port. Units are metres, radians and seconds. Any thread may call any
+    method: requests are carried out one at a time, in the order of sending. VrsError is raised if the robot refuses a
+    request, RequestRefused if there is no connection. No method waits for a connection."""
 
     def __init__(self, port: Port) -> None:
         self.port, self.followed = port, port.follow()
@@ -98,7 +101,8 @@ class Supervisor(Observer):
         self._sent: list[Callable[[], object]] | None = None
 
     def on(self, port: Port) -> Supervisor:
-        """Return the same supervisor with a port that attaches conditions to its requests."""
+        """Return a supervisor like this one that sends its requests through another port, which may attach conditions
+        to them."""
         other = copy(self)
         other.port = port
         return other
@@ -106,15 +110,15 @@ class Supervisor(Observer):
     # --- requests ---
 
     def act(self, act: results.Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
-        """Have the robot carry out an act, and return the result. `answer`: a function that answers its questions.
-        `issued`: t_iss [s], by default now."""
+        """Let the robot carry out an act. Return its result. `answer`: a function that answers the questions of the
+        act. `issued`: the time of issue t_iss [s], by default now."""
         if answer is None:
             return self.start(act, issued)()
         with hints_for_python(), self._conversing(answer):
             return cast(T, self._converse(lambda id: messages.At(id, act, issued)).found)
 
     def start(self, act: results.Act[T], issued: float | None = None) -> Callable[[], T]:
-        """Send an act without waiting. The function returned waits for the act to end, and returns its result."""
+        """Send an act without waiting. Return a function that waits until the act has ended, and returns its result."""
         inbox: feed.Inbox[messages.ServerMessage] = feed.Inbox()
         id = self.port.begin(lambda id: messages.At(id, act, issued), inbox.put)
 
@@ -125,14 +129,15 @@ class Supervisor(Observer):
         return wait
 
     def say(self, line: str, answer: Answers) -> tuple[replies.Reply, ...]:
-        """Carry out a prompt line, and return the replies, including text that programs type. `answer`: a function that
+        """Carry out a prompt line. Return the replies and the text that programs have typed. `answer`: a function that
         answers questions. Raises LineRefused."""
         with self._conversing(answer) as notes:
             self._converse(lambda id: messages.At(id, acts.Say(line)))
             return notes.take_all()
 
     def type(self, text: str, answer: Answers) -> tuple[replies.Reply, ...]:
-        """Carry out lines as if typed at a prompt, including programs. Mistakes are reported in the replies."""
+        """Carry out lines as if they were typed at a prompt; they may contain programs. Return the replies, which also
+        report mistakes. `answer`: a function that answers questions."""
         with self._conversing(answer) as notes:
             done = self._converse(lambda id: messages.Line(id, text))
             if done.status is None or done.status.in_program:
@@ -140,21 +145,22 @@ class Supervisor(Observer):
             return notes.take_all()
 
     def abort(self) -> None:
-        """Stop the program and the motion now, ahead of all other requests."""
+        """Stop the program and the motion immediately, before all other requests."""
         self._ask(messages.Abort)
 
     def drive(self, act: messages.LeaseAct, to: str = "") -> None:
-        """Request, take, give or release the lease, which decides who may move the robot. Raises LeaseHeld."""
+        """Request, take, give or release the lease (the exclusive right to drive the robot). `to`: the user who
+        receives it. Raises LeaseHeld."""
         self._ask(lambda id: messages.Drive(id, act, to))
 
     def close(self) -> None:
-        """Disconnect from the robot: no more requests are sent."""
+        """Disconnect from the robot; no more requests are sent."""
         self.port.close()
 
     @contextmanager
     def _conversing(self, answer: Answers) -> Iterator[Notes]:
-        """Collect the replies, and answer the questions. Raises RequestRefused if the connection is lost, or if an
-        earlier conversation of this process has not ended."""
+        """Collect the replies of requests within this context, and answer questions by `answer`. Raises RequestRefused
+        if the connection is lost, or was lost while an earlier conversation of this supervisor went on."""
         conversation, cuts = self._conversation, self.port.cuts
         self.port.check_open()
         with conversation.lock:
@@ -168,20 +174,21 @@ class Supervisor(Observer):
                 conversation.inbox = None
 
     def _converse(self, make: MakeRequest) -> messages.Done:
-        """Send a command of the current conversation, and wait for its end."""
+        """Send a command in the current conversation, and wait until it has ended. Return its last message."""
         inbox = self._conversation.inbox
         assert inbox is not None, "a conversation goes on"
         return cast(messages.Done, self._end(inbox, self.port.begin(make, inbox.put)))
 
     def _ask(self, make: MakeRequest) -> messages.ServerMessage:
-        """Send a request, and wait for its end."""
+        """Send a request, and wait until it has ended. Return its last message."""
         inbox: feed.Inbox[messages.ServerMessage] = feed.Inbox()
         with hints_for_python():
             return self._end(inbox, self.port.begin(make, inbox.put))
 
     def _end(self, inbox: feed.Inbox[messages.ServerMessage], id: int) -> messages.ServerMessage:
-        """Wait for the end of a request, and process the messages before it. Raises the error if the request is
-        refused. Ctrl-C stops the request. A second Ctrl-C, or one that cannot be sent, ends the wait."""
+        """Wait until a request has ended, and process the messages before its end. Return the last message. Raises the
+        error if the robot has refused the request. Ctrl-C stops the request; a second Ctrl-C, or one that cannot be
+        sent, ends the wait."""
         interrupted = False
         while True:
             try:
@@ -196,7 +203,7 @@ class Supervisor(Observer):
                 interrupted = True
         if interrupted:
             raise KeyboardInterrupt
-        # raised here, not by `check_end`: each frame is a line of what a user in Python reads
+        # raise here, not in `check_end`: each function call adds lines to the traceback that a user of Python reads
         if isinstance(message, messages.Done | messages.Refused) and message.refusal is not None:
             raise message.refusal.error().with_traceback(None) from None
         return message
@@ -221,13 +228,13 @@ class Supervisor(Observer):
         speed: float | None = None,
         text: str = "",
     ) -> None:
-        """Go to a target by a joint-interpolated or a `straight` motion. `issued` and `executed` are t_iss and t_exec
-        [s], `speed` is v, a fraction in (0, 1] of the nominal speed. Without `executed` the motion begins after the
-        last one. Raises MotionError, IllegalValue, FileError."""
+        """Go to a target, by a joint-interpolated or a `straight` motion. `issued`: the time of issue t_iss [s];
+        `executed`: the start time t_exec [s], by default after the last motion; `speed`: a fraction of the nominal
+        speed in (0, 1]. `text`: the command shown in the timeline. Raises MotionError, IllegalValue, FileError."""
         self.send(acts.Go(acts.Goal.of(target), straight, executed, speed, text), issued)
 
     def send(self, act: results.Act[None], issued: float | None = None) -> None:
-        """Have the robot carry out an act, and wait for its answer unless inside `without_waiting`."""
+        """Let the robot carry out an act, and wait until it has ended, except in the context `without_waiting`."""
         wait = self.start(act, issued)
         if self._sent is None:
             wait()
@@ -236,7 +243,7 @@ class Supervisor(Observer):
 
     @contextmanager
     def without_waiting(self) -> Iterator[None]:
-        """Within this context, send motions without waiting for each one; at the end, wait for all of them. Raises the
+        """Within this context, send motions without waiting for each of them; at its end, wait for all. Raises the
         first refusal."""
         before, sent = self._sent, list[Callable[[], object]]()
         self._sent = sent
@@ -267,7 +274,7 @@ class Supervisor(Observer):
         return found
 
     def _past(self, times: Sequence[float]) -> tuple[results.Position, ...]:
-        """Return the robot's positions at times [s] that are no longer stored on this side."""
+        """Return the robot's positions at times [s] before the part of the timeline that is known in this process."""
         found: list[results.Position] = []
         for first in range(0, len(times), messages.MAX_TIMES):
             some = tuple(times[first : first + messages.MAX_TIMES])
@@ -279,45 +286,46 @@ class Supervisor(Observer):
     # --- motions ---
 
     def wait(self) -> None:
-        """Wait until the robot has stopped; in real time this takes as long as the motion. Other users may send
-        requests meanwhile. Raises ClockPaused if the clock is paused."""
+        """Wait until the robot has stopped; in real time this takes as long as its motions. Other users may send
+        requests in the meantime. Raises ClockPaused if the clock is paused."""
         while (rate := self.followed.rate) is not None and (left := self.timeline.end - self.now) > 0.0:
             time.sleep(min(left / rate, clock.SLICE_S))
         self.act(acts.Rest())
 
     def preview_now(self) -> Previewed:
-        """Return the robot's future, including the effects of commands that are on their way to it."""
+        """Return the robot's future, including the effects of commands that are still being transmitted."""
         return self.port.preview_now()
 
     # --- programs and variables ---
 
     def define(self, text: str, where: str = "line ") -> tuple[str, ...]:
-        """Store the programs and variables of a text in memory, and return the names of its programs. Raises
-        ProgramNotExecutable for a text with mistakes. The error names the line of the first mistake, with `where`
-        before the number."""
+        """Store the programs and variables of a text in memory. Return the names of the programs. Raises
+        ProgramNotExecutable for a text with mistakes; the error names the line of the first mistake, with `where`
+        before the line number."""
         return self.act(acts.Define(text, where)).names
 
     def load(self, path: str | Path) -> tuple[str, ...]:
-        """Store the programs and variables of a file in memory, and return the names of its programs. Raises
+        """Store the programs and variables of a file in memory. Return the names of the programs. Raises
         NonexistentFile, FileError, and ProgramNotExecutable for a file with mistakes."""
         found = program_file.find_program_file(Path(path))
         return self.define(program_file.read_program_file(found), f"{found}:")
 
     def execute(self, program: str, cycles: int, answer: Answers) -> results.RunResult:
-        """Run a program in memory. `answer`: a function that answers its PROMPTs. An error in the program is reported
-        in the result. Raises UndefinedName, ProgramNotExecutable, ArgumentMismatch."""
+        """Run a program in memory. `answer`: a function that answers its PROMPTs. The result contains an error that
+        occurs in the program. Raises UndefinedName, ProgramNotExecutable, ArgumentMismatch."""
         return self.act(acts.Execute(program, cycles), answer)
 
     # --- the timeline ---
 
     def save(self, path: Path) -> None:
-        """Write the trajectory to a file. Raises FileError."""
+        """Write the robot's trajectory to a file. Raises FileError."""
         recorded = self.act(acts.Record())
         with atomic.atomically(path) as stream:
             stream.write(recorded.data)
 
     def subscribe(self) -> feed.Subscription[engine.TimelineChange]:
-        """Subscribe to the timeline and to all later changes of it, for as long as the supervisor exists."""
+        """Subscribe to the timeline and all later changes of it. The subscription ends when the supervisor no longer
+        exists."""
         subscription = self.port.subscribe()
         finalize(self, subscription.end)
         return subscription

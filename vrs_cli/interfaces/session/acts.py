@@ -1,6 +1,7 @@
-"""Carry out acts: requests whose values are exact to the bit, unlike the digits in a prompt line. An act is data that
-can be sent over a connection; `act_on` carries it out in a session. An act needs the same role as the word with the
-same effect. A survey informs a front end, several times a second, of the robot's state except the timeline."""
+"""Carry out acts: requests that carry exact numbers, unlike a prompt line with its rounded digits. An act is a value
+that can be sent over a connection; `act_on` carries it out in a session, for users with the role that the command with
+the same effect requires. One act, a survey, tells a front end several times a second the state of the robot without its
+timeline."""
 
 from __future__ import annotations
 
@@ -32,23 +33,23 @@ from vrs_cli.wire import codec, messages, steered
 
 T = TypeVar("T", covariant=True)
 
-# limits of a survey: a longer list contains only its first rows, and the number of the other rows
-MAX_PLACES = 100  # maximum number of locations of one kind
+# limits of a survey: of a longer list it contains only the first rows, and the number of the others
+MAX_PLACES = 100  # maximum number of locations of each kind
 MAX_PROGRAMS = 200
 MAX_TASKS = 8
 
-MAX_STEPS_AT_ONCE = 100  # maximum number of steps that are printed without another thread
-MAX_SEGMENTS = 2000  # maximum number of segments of a branch; earlier ones are left out
+MAX_STEPS_AT_ONCE = 100  # let another thread print programs with more steps
+MAX_SEGMENTS = 2000  # show only the last segments of a branch, at most this many
 
 
 def act_on(session: Session, act: results.Act[T]) -> Dialogue[T]:
-    """Carry out an act, and return its result. Raises RoleWanted, LeaseHeld, UsageError for an act that must wait until
-    the program stops, and other VrsErrors."""
+    """Carry out an act in a session. Return its result. Raises RoleWanted, LeaseHeld, UsageError for an act that must
+    wait until the program stops, and other VrsErrors."""
     if isinstance(act, acts.Say):
         return cast(T, (yield from session.answers(act.line)))
     row = ACTS[type(act)]
     session.check_may(row.said, row.role)
-    session.settle()  # first, process everything that is due by now
+    session.settle()  # first let the tasks carry out all events up to now
     if session.running or session.elsewhere:
         users.check_goes_beside(row.said, row.role, elsewhere=session.elsewhere)
     return cast(T, (yield from session.on_branch(row.role, row.dialogue(session, act))))
@@ -77,7 +78,7 @@ def _steer(session: Session, act: acts.Steer) -> None:
 
 
 def _fraction(speed: float | None) -> float | None:
-    """Return a fraction of the nominal speed. Raises IllegalValue if it is not in (0, 1]."""
+    """Return `speed`, a fraction of the nominal speed. Raises IllegalValue if it is not in (0, 1]."""
     if speed is not None and not 0.0 < speed <= 1.0:
         raise IllegalValue(f"{speed:g} of nominal speed", "more than 0, at most 1", value=speed)
     return speed
@@ -90,7 +91,7 @@ def _rest(session: Session, _act: acts.Rest) -> None:
 
 
 def _through_history(work: book.Parts[tuple[str, ...]]) -> Dialogue[None]:
-    """Carry out UNDO or REDO in parts, so that the actor can do other things in between."""
+    """Carry out the steps of UNDO or REDO one by one, so that the actor can do other work in between."""
     yield from in_parts(work)
 
 
@@ -112,7 +113,8 @@ def _why_refused(session: Session, act: acts.WhyRefused) -> Dialogue[acts.Sketch
 
 
 def _boundary(session: Session, _act: acts.Boundary) -> Dialogue[acts.BoundaryCurves]:
-    """Return the outline of the reach. Raises IllegalValue for an arm whose first joint is prismatic."""
+    """Return the curves that outline the reach of the tool tip in the current configuration. Raises IllegalValue for an
+    arm whose first joint is prismatic."""
     arm, engine = session.engine.arm, session.engine
     if arm.model.units.slides(1):
         raise IllegalValue("the boundary of an arm whose first joint slides", "an arm that turns about its first axis")
@@ -137,7 +139,7 @@ def _assign(session: Session, act: acts.Assign) -> None:
 
 
 def _expression(session: Session, text: str) -> ast.Expression:
-    """Parse an expression. Raises LineRefused, and UsageError if the text is a command."""
+    """Parse an expression. Raises LineRefused, and UsageError if the text is a command or more than one expression."""
     if (
         text.split()[:1]
         and text.split()[0].upper()
@@ -198,15 +200,16 @@ def _list_commands(session: Session, _act: acts.ListCommands) -> Dialogue[acts.C
 
 
 def survey(session: Session, act: acts.Survey) -> acts.Surveyed:
-    """Return a survey of the robot. A list that the front end already has is left out: each list has a mark, which the
-    front end sends back."""
+    """Return the state of the robot without its timeline, for a front end. A list that the front end already has is
+    left out: each list has a mark (a short text that identifies its contents), and the front end sends the marks that
+    it knows."""
     branches, places = session.branches, _places(session)
     rows = tuple(islice(program_names(session.programs), MAX_PROGRAMS))
     programs = acts.ProgramList(len(session.programs) - len(rows), rows=rows)
-    # the mark of a stored program identifies this version, because a stored program never changes
+    # a stored program never changes, so a random mark identifies this version
     stored = session.programs.get(values.key_of(act.program))
     mark = "" if stored is None else _marks.setdefault(stored, token_hex(4))
-    # with the name, because two lists without rows have the same content
+    # the names make the marks of two empty lists different
     marks = (codec.mark_of(("places", places)), codec.mark_of(("programs", programs)), mark)
     engine, settings = session.engine, session.engine.settings
     frames, speed = engine.frames, settings.speed.always
@@ -264,8 +267,8 @@ def _task(track: Track) -> acts.TaskRow:
 
 
 class _Row(NamedTuple):
-    """A row of the table of acts: the name in messages, the role that the act needs, and the function that returns its
-    result or a dialogue."""
+    """A row of the table of acts. `said`: the name of the act in messages; `role`: the role that it needs; `do`:
+    returns the result of the act, or a dialogue that does."""
 
     said: str
     role: Role
@@ -277,7 +280,7 @@ class _Row(NamedTuple):
 
 
 def _as(word: str, do: Callable[[Session, Any], object]) -> _Row:
-    """Return the row for an act that has the same effect as a word."""
+    """Return the row of an act that has the same effect as the command or instruction `word`."""
     return _Row(word, users.role_of(word), do)
 
 

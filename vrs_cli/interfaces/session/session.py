@@ -1,9 +1,9 @@
-"""A session: a station that is driven line by line. It prints nothing itself. A monitor command is carried out by its
-handler (`handles` in `station/operands.py`), which turns a checked instruction into replies. A handler that asks
-questions between its replies is a generator: each reply is shown before the next question. A command file (COMMANDS) is
-carried out line by line up to the first failure. Its commands are between `.PROGRAM name` and `.END`, or alone in the
-file. `MC` before a command (from command programs of V+), blank lines and comments are accepted. Lines after EDIT go to
-the editor up to `E`."""
+"""A session: a station (one robot with its programs, variables and clock) that a user drives line by line. It prints
+nothing itself: each line becomes replies. A monitor command is carried out by its handler (`handles` in
+`station/operands.py`); a handler that asks questions between its replies is a generator, so each reply is shown before
+the next question. The command COMMANDS carries out the lines of a command file until one fails. The commands stand
+between `.PROGRAM name` and `.END`, or alone in the file; `MC` before a command (from command programs of V+), blank
+lines and comments are accepted. After EDIT the lines up to `E` go to the editor."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _MC = re.compile(r"(\s*)MC(?=\s)", re.IGNORECASE)
 
 
 class _Reading(NamedTuple):
-    """A prompt line, its statement, and the diagnostics of the analyzer."""
+    """A prompt line, its parsed statement, and the mistakes and warnings found in it."""
 
     line: str
     statement: ast.Statement | ast.ProgramHeader | None
@@ -41,27 +41,29 @@ class _Reading(NamedTuple):
 
 
 class Session(station.Station):
-    """A station with a prompt: it takes lines and returns replies."""
+    """A station (one robot with its programs, variables and clock) with a prompt: it takes lines, and returns
+    replies."""
 
-    _read: _Reading | None = None  # a line that was already checked before it was sent, without mistakes
-    # the books and timelines of main and of the current branch when the current line began
+    _read: _Reading | None = None  # the last line that `mistake` has checked, so that it need not be parsed again
+    # the books (records of changes) and timelines of main and of the current branch when the current line began
     _scheduled: Mapping[str, tuple[Book, Timeline]] = MappingProxyType({})
 
-    told_untrue: tuple[results.Untrue, ...] = ()  # reported readings of programs that no longer hold
+    # readings of signals by programs that no longer hold and have been reported
+    told_untrue: tuple[results.Untrue, ...] = ()
 
     @property
     def prompt(self) -> str:
-        """The prompt: VAL's dot, preceded by the name of the branch unless that is main."""
+        """The prompt: a dot as in VAL, after the name of the branch in parentheses unless that is main."""
         return "." if self.branches.present == MAIN else f"({self.branches.present})."
 
     def perform(self, line: str) -> None:
-        """Parse, check and carry out one line of the prompt or of the editor. Replies go to the terminal. Raises
-        LineRefused for a line that cannot be parsed or fails its check, and VrsError if it cannot be carried out."""
+        """Parse, check and carry out one line of the prompt or of the editor. The terminal shows its replies. Raises
+        LineRefused for a line that cannot be parsed or has a mistake, and VrsError if it cannot be carried out."""
         self.converse(self.answers(line))
 
     def answers(self, line: str) -> Dialogue[None]:
-        """Yield the replies and questions of `perform`. Raises LineRefused, VrsError; RoleWanted and LeaseHeld if the
-        user lacks the right.
+        """Carry out one line as `perform` does, and yield its replies and questions. Raises LineRefused, VrsError;
+        RoleWanted and LeaseHeld if the user may not do this.
         """
         self.serve()
         self.settle()
@@ -77,8 +79,8 @@ class Session(station.Station):
         yield from self._attend()
 
     def _attend(self) -> Dialogue[None]:
-        """Ask the questions of tasks, except for a user who types while programs run: the front end asks these
-        questions."""
+        """Ask the questions of tasks, which then continue. Do nothing for a user who continues typing while programs
+        run: there the front end asks them."""
         while not self.user_state.lives and self.driver.open_questions():
             yield from self.ask_for_tasks()
 
@@ -110,19 +112,19 @@ class Session(station.Station):
         yield from self._tell_displaced()
 
     def _schedules(self) -> dict[str, tuple[Book, Timeline]]:
-        """Return the books and timelines of main and of the current branch."""
+        """Return, by branch, the book (the record of changes) and the timeline of main and of the current branch."""
         books = {self.branches.present: self.engine.book}
         if self.branches.present != MAIN:
             books[MAIN] = self.branches.book(MAIN)
         return {name: (book, book.timeline) for name, book in books.items()}
 
     def _tell_displaced(self) -> Iterator[replies.Reply]:
-        """Report the motions whose times have shifted since the line began, or since the previous such report in a
-        command file."""
+        """Report motions whose times have changed, and readings of signals that no longer hold, since the current line
+        or the previous line of a command file began."""
         book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
         if book is not self.engine.book:
-            self.told_untrue = ()  # another branch has different readings
+            self.told_untrue = ()  # programs have read other signals on another branch
         if book is None or before is None or book is not self.engine.book or book.timeline is before:
             return
         if (found := displacement(book, before)) is not None:
@@ -137,14 +139,14 @@ class Session(station.Station):
             self.told_untrue = (*(one for one in self.told_untrue if one.time < since), *wrong)
 
     def names(self) -> Container[str]:
-        """Return the keys of all variables that have a value, including the stopped program's own variables."""
+        """Return the keys of all variables that have a value, including the own variables of the stopped program."""
         known = self.environment.kinds
         defined = {key: one for key, one in operands.own_variables(self).items() if one.has_value()}
         return ChainMap(defined, cast(Any, known)) if defined else known
 
     def mistake(self, line: str) -> diagnostics.Diagnostic | None:
-        """Return the first mistake in a line that has not been sent yet. A line without mistakes is kept, and not
-        parsed again."""
+        """Return the first mistake in a line that is still being typed; None if there is none. The parsed line is kept,
+        so that `answers` need not parse it again."""
         try:
             read = self._reading(line)
         except diagnostics.LineRefused as refused:
@@ -164,7 +166,7 @@ class Session(station.Station):
         return _Reading(line, statement, found)
 
     def carry_out(self, statement: ast.Statement) -> Dialogue[None]:
-        """Carry out a monitor command by its handler, and any other statement as DO does."""
+        """Carry out a statement: a monitor command by its handler, any other statement as DO does."""
         if isinstance(statement, ast.Instruction) and statement.word in operands.HANDLERS:
             yield from operands.HANDLERS[statement.word](self, statement) or ()
         elif isinstance(statement, ast.ExplainCommand):
@@ -183,14 +185,15 @@ class Session(station.Station):
 
 
 class CommandLine(NamedTuple):
-    """A command and its line number, from 1."""
+    """A command in a command file. `number`: the number of its line, from 1."""
 
     number: int
     text: str
 
 
 def command_lines(text: str) -> tuple[CommandLine, ...]:
-    """Return the commands in a file, without `MC`. Raises CannotInterpret for a file with any other content."""
+    """Return the commands in the text of a command file, without `MC`. Raises CannotInterpret if the text contains
+    anything else."""
     lines = [line for line in parser.lines_of(text) if line.text.strip()]
     found: list[CommandLine] = []
     opened = closed = False
@@ -211,7 +214,7 @@ def command_lines(text: str) -> tuple[CommandLine, ...]:
 
 @operands.handles("COMMANDS")
 def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
-    """Carry out the commands in a file (COMMANDS) until one fails; the error then gives its line. Raises
+    """Carry out the commands in a file (COMMANDS) until one fails; a message then names its line. Raises
     NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError."""
     path = find_program_file(operands.path_of(session, it))
     lines = command_lines(read_program_file(path, session.folder))
@@ -241,7 +244,8 @@ def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
 
 
 def _pass_on(dialogue: Dialogue[None], said: Said) -> Dialogue[Said | None]:
-    """Yield a value that a dialogue has yielded, and return the dialogue's next value; None at its end."""
+    """Yield what another dialogue has yielded (`said`), pass the answer or error to that dialogue, and return what it
+    yields next; None at its end."""
     try:
         try:
             answer = yield said
