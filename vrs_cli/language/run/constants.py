@@ -1,7 +1,7 @@
-"""Find steps that cannot succeed, or that do less than their constants request, without running the program.
+"""Find steps with constants that would fail in every run, or ask for more than full speed, without running the program.
 
-Operands are evaluated and instructions are carried out as in a running program, but in a separate environment. So all
-messages are those of the runtime, and every rule is written only once.
+Operands are evaluated and instructions are carried out by the code that runs programs, but in a separate memory with a
+separate robot. So the messages are the same as in a run, and each rule is written only once.
 """
 
 from __future__ import annotations
@@ -46,15 +46,15 @@ CHECKED_BY_THE_ROBOT = (
     commands.SetParameter,
     commands.SetConfiguration,
 )
-# values tried for an unknown real: if all three cause an error, every number is assumed to cause it
+# values tried in place of an unknown real; if all of them cause the same error, any number is assumed to cause it
 STAND_INS = (1.0, 8.0, 32.0)
-TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # instructions that take a plain number as a signal number
-NAMED = frozenset({Shape.UNIT, Shape.SETTING})  # operands for which the name of a variable matters, not only its value
+TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # instructions in which a bare number may be a channel of VAL
+NAMED = frozenset({Shape.UNIT, Shape.SETTING})  # operands where a variable is not replaced by its value
 REALS = NAMED | {Shape.REAL, Shape.GROUP, Shape.SIGNALS, Shape.TASK}
 
 
 class Gap(Enum):
-    """A placeholder for an operand whose value is known only when the program runs."""
+    """A placeholder for an operand whose value is not known before the program runs."""
 
     REAL = "any real"
     OTHER = "anything else"
@@ -64,22 +64,23 @@ Given = Value | CallProgram | Gap | None
 
 
 class Constants(Struct, frozen=True):
-    """A trial of constants in a separate environment. `context` and the robot of `perform` must not be used elsewhere.
-    `perform` raises VrsError."""
+    """A trial of a program's constants. `context`: a separate memory and robot, which must not be used for anything
+    else; `perform`: carries out a request on this robot, and raises VrsError if the robot refuses it."""
 
     context: Context
     perform: Callable[[commands.Request], None]
 
     def findings(self, program: ast.Program) -> Iterator[Diagnostic]:
-        """Yield a warning for each constant that would fail in every run. It is not an error, because a run may never
-        reach the step."""
+        """Yield a warning for each constant that would make its step fail in every run. It is only a warning, because a
+        run may never reach the step."""
         channelled = TAKE_CHANNELS if waits_for_signals(program) else TAKE_CHANNELS - {"WAIT"}
         for statement in program.statements:
-            with suppress(RecursionError):  # the compiler refuses an expression that is nested so deeply
+            with suppress(RecursionError):  # ignore expressions that are nested too deeply; the compiler refuses them
                 yield from self._in_expressions(_expressions(statement, channelled)) or self._whole(statement)
 
     def above_full_speed(self, program: ast.Program) -> Iterator[Diagnostic]:
-        """Yield a warning for each constant speed above full speed; a run limits it to full speed without a message."""
+        """Yield a warning for each constant speed or acceleration above full speed, because a run limits it without a
+        message."""
         limited = (
             one for one in program.statements if isinstance(one, ast.Instruction) and one.word in ("SPEED", "ACCEL")
         )
@@ -89,8 +90,8 @@ class Constants(Struct, frozen=True):
     # --- expressions ---
 
     def _in_expressions(self, expressions: Iterable[ast.Expression]) -> list[Diagnostic]:
-        """Return the mistakes in expressions that cannot be evaluated; each mistake marks the smallest part that
-        fails."""
+        """Return a diagnostic for each constant expression whose evaluation fails. It marks the smallest part of the
+        expression that fails."""
         return [found for expression in expressions for found in self._expression(expression)]
 
     def _expression(self, expression: ast.Expression) -> list[Diagnostic]:
@@ -102,7 +103,7 @@ class Constants(Struct, frozen=True):
         return self._in_expressions(ast.children(expression)) or [_wrong(named.span, error)]
 
     def _value(self, expression: ast.Expression) -> Value | Gap:
-        """Return the value of an expression if it is constant, otherwise a gap."""
+        """Return the value of an expression if it is constant, otherwise Gap.REAL."""
         if isinstance(expression, ast.StringConstant):
             return expression.value
         if (number := ast.plain_number(expression)) is not None:
@@ -116,7 +117,7 @@ class Constants(Struct, frozen=True):
     # --- statements ---
 
     def _whole(self, statement: ast.Statement) -> Iterator[Diagnostic]:
-        """Yield the mistakes in a statement whose expressions can all be evaluated."""
+        """Yield the mistakes of a statement as a whole, once its expressions are found to be correct."""
         if isinstance(statement, ast.For):
             yield from self._check(statement.step, for_step)
         elif isinstance(statement, ast.Instruction):
@@ -137,7 +138,7 @@ class Constants(Struct, frozen=True):
         rows = [*(argument_at(row, place) for place in range(len(statement.arguments))), row.value]
         given = [self._operand(expression, argument) for expression, argument in zip(places, rows, strict=True)]
         error, *others = [None] if Gap.OTHER in given else self._outcomes(statement, given)
-        # assume the same error for all numbers between the tried ones
+        # if all the tried numbers cause the same error, assume that every number does
         if error is not None and all(str(other) == str(error) for other in others):
             yield _wrong(self._culprit(statement, given, error), error)
 
@@ -155,7 +156,8 @@ class Constants(Struct, frozen=True):
         return expression.value if isinstance(expression, ast.StringConstant) else Gap.OTHER
 
     def _outcomes(self, statement: ast.Instruction, given: Sequence[Given]) -> list[errors.VrsError | None]:
-        """Return, for each number tried in place of the unknown operands, the error that it causes, or None."""
+        """Carry out an instruction with each of the numbers in STAND_INS in place of its unknown operands. Return the
+        error of each trial, or None."""
         stand_ins = STAND_INS if Gap.REAL in given else STAND_INS[:1]
         filled = [[x if isinstance(one, Gap) else one for one in given] for x in stand_ins]
         carry_out = partial(self._carry_out, statement)
@@ -174,8 +176,8 @@ class Constants(Struct, frozen=True):
                 _check_limited(request)
 
     def _culprit(self, statement: ast.Instruction, given: Sequence[Given], error: errors.VrsError) -> Span:
-        """Return the span of the operand that causes the error: with another number there, the error would be
-        different."""
+        """Return the span of the operand that causes an error: the last one for which other numbers do not cause the
+        same error. Return the span of the whole statement if there is none."""
         places = list(enumerate((*statement.arguments, statement.value)))
         for place, expression in reversed(places):
             if expression is not None and isinstance(given[place], float):
@@ -186,7 +188,7 @@ class Constants(Struct, frozen=True):
 
 
 def _check_limited(request: commands.Request) -> None:
-    """Raise AboveFullSpeed if a request asks for more than full speed."""
+    """Raise AboveFullSpeed if a request sets a speed or an acceleration above 100 %."""
     if isinstance(request, commands.SetAcceleration):
         what, percent = "ACCEL", request.acceleration
     elif isinstance(request, commands.SetSpeed) and request.unit is commands.SpeedUnit.PERCENT:
@@ -198,8 +200,8 @@ def _check_limited(request: commands.Request) -> None:
 
 
 def _error(act: Callable[[], object], wrong: tuple[type[errors.VrsError], ...] = NEVER_RIGHT) -> errors.VrsError | None:
-    """Call `act` and return the error that it raises, or None. Errors that depend on the run (a unit, a program) are
-    ignored."""
+    """Call `act`, and return the error that it raises if this is one of `wrong`, otherwise None. Other errors depend on
+    the run (for example a program that is not in memory), so they are ignored."""
     try:
         act()
     except wrong as error:
@@ -230,8 +232,8 @@ def _constant(expression: ast.Expression) -> bool:
 
 
 def _evaluable(expression: ast.Expression) -> bool:
-    """Return whether an expression can be evaluated without a run, and may be refused if that fails. A function that
-    returns a transformation accepts any numbers, so it is not evaluated."""
+    """Return whether an expression should be evaluated to find mistakes: an operation or a function with constant
+    operands. A function that returns a transformation is not evaluated, because it accepts any numbers."""
     if isinstance(expression, ast.Unary | ast.Binary):
         return ast.plain_number(expression) is None and _constant(expression)
     function = FUNCTIONS.get(expression.name) if isinstance(expression, ast.Call) else None
@@ -247,5 +249,5 @@ def _wrong(place: Span, error: errors.VrsError) -> Diagnostic:
 
 
 def _by_value(function: Function) -> bool:
-    """Return whether a function can be evaluated from values alone, without a variable that it changes."""
+    """Return whether a function only needs the values of its arguments, and does not change a variable."""
     return function.state is State.SUPPORTED and not any(row.shape in VARIABLES for row in function.arguments)

@@ -1,16 +1,16 @@
-"""Define the effects that a running program requests from its driver, the events that end it, and the reactions of its
-task.
+"""Define the effects that a running program requests from its driver (the code that runs its task), the events that end
+the program, and the reactions of its task.
 
-A request of `values.commands` goes to the robot; the effects below are for everything else. The docstring of an effect
-says so if the task itself carries the effect out.
+A request of `values.commands` is for the robot; the effects below are for everything else. Some effects are carried out
+by the task itself, not by the driver; their docstrings say so.
 
-A reaction (REACT, REACTI, REACTE; val2 9.12-13) waits after its signal has changed to the given state. The task calls
-it between two steps, as soon as its priority is above that of the program. During the reaction the program has the
-reaction's priority; RETURN restores the old one.
+A reaction is a program that is called when a signal changes (REACT, REACTI) or a step fails (REACTE; val2 9.12-13).
+After the change of its signal, a reaction waits until its priority is above the program's; then the task calls it
+between two steps. During the reaction the task has the reaction's priority; RETURN restores the old one.
 
 Logical units are the numbers by which programs refer to devices. A failure outside the program (a missing file, the end
 of a file, a full disk) does not stop it: the error code becomes the status of the unit, which IOSTAT returns (V+
-Language User's Guide, Error Status). A mistake of the program, such as using a unit that is not attached, stops it.
+Language User's Guide, Error Status). A mistake in the program, such as using a unit that is not attached, stops it.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from vrs_cli.values.results import ProgramFault
 
 
 class Effect(Struct, frozen=True):
-    """An effect that a task requests from its driver, in addition to requests to the robot."""
+    """An action that a running program requests from its driver or its task, other than a request to the robot."""
 
 
 Event = Request | Effect
-LAST_TASK = 27  # tasks have the numbers 0 to 27 (V+ Language User's Guide)
-PROCESS_CONTROL = 1  # the task that the PC commands of VAL-II control
+LAST_TASK = 27  # highest task number; the first is 0 (V+ Language User's Guide)
+PROCESS_CONTROL = 1  # number of the task for the process control program of VAL-II (PCEXECUTE, PCABORT)
 Answers = Generator[Event, str | None, None]  # a generator that receives the driver's answer to an effect
 
 
@@ -46,8 +46,9 @@ class Type(Effect, frozen=True):
 
 
 class Prompt(Effect, frozen=True):
-    """Show the text and read one line, which `resume` passes as the answer. `count`: the number of required values;
-    `wrong`: why the previous line could not be read."""
+    """Show a text at the terminal and read a line; the driver passes the line to `Task.resume`. `count`: the number of
+    values that the line must contain; `wrong`: the mistake in the previous line, if this prompt repeats the
+    question."""
 
     text: str
     count: int
@@ -57,8 +58,8 @@ class Prompt(Effect, frozen=True):
 class Wait(Effect, frozen=True):
     """Hold the program until `condition()` is true.
 
-    The condition is tested at once, or after `ticks`, then every tick. If it cannot be evaluated it raises VrsError;
-    the driver passes the error to `Task.throw`.
+    The driver first tests the condition after `ticks` (0: immediately), then every tick (28 ms). If the condition
+    raises VrsError, the driver passes the error to `Task.throw`.
     """
 
     condition: Callable[[], bool]
@@ -66,38 +67,39 @@ class Wait(Effect, frozen=True):
 
 
 class WaitEvent(Effect, frozen=True):
-    """WAIT.EVENT: hold the program until another task sets the event of this task, or for `seconds` if not None.
-    `event`: whether the event ends the wait."""
+    """WAIT.EVENT: hold the program until another task sets the event (a flag) of this task, but at most for `seconds`
+    if not None. `event`: whether the event ends the wait."""
 
     event: bool
     seconds: float | None = None
 
 
 class SetEvent(Effect, frozen=True):
-    """SET.EVENT, or CLEAR.EVENT if not `on`: change the event of a task. `task`: the task's number, None for the task
-    itself."""
+    """SET.EVENT, or CLEAR.EVENT if not `on`: set or clear the event (a flag) of a task. `task`: the task's number, None
+    for the task of the program."""
 
     task: int | None
     on: bool = True
 
 
 class EventSignal(Effect, frozen=True):
-    """INT.EVENT: choose the input signal that sets the task's event when it goes on. `signal`: its number, None for no
-    signal."""
+    """INT.EVENT: choose the input signal that sets the task's event when it turns on. `signal`: the number of the
+    signal, or None for no signal."""
 
     signal: int | None
 
 
 class CycleBegins(Effect, frozen=True):
-    """A cycle of the main program begins, and the driver carries out `settings` (val2 section 9.1). Cycles count from
-    1."""
+    """A cycle of the main program begins. `cycle`: its number, from 1; `settings`: requests that set speed and modes
+    back to their defaults, which the driver carries out (val2 section 9.1)."""
 
     cycle: int
     settings: tuple[Request, ...]
 
 
 class CallProgram(Effect, frozen=True):
-    """CALL, which the task carries out. `site`: the number of this call in the calling program."""
+    """CALL: call a program; the task carries it out. `name`: the program's name; `site`: the number of this call in the
+    calling program, None for a call by CALLS or for a reaction."""
 
     name: str
     arguments: tuple[Given | None, ...]
@@ -105,46 +107,48 @@ class CallProgram(Effect, frozen=True):
 
 
 class BrokenOff(Effect, frozen=True):
-    """A direct call was interrupted because the turn ended, and the task continues it. `frames`: one for each called
-    program, the innermost first, with the executable, the arguments and own variables, the operation, the limits of FOR
-    and subjects of CASE, and whether the operation has made a call."""
+    """A direct call (see `compile.direct`) has stopped because the task's turn ended; the task continues it. `frames`:
+    one tuple for each called program, the innermost first: the executable, the arguments and private variables, the
+    operation, the limits of FOR and subjects of CASE, and whether the operation has already made a call."""
 
     frames: tuple[Any, ...]
 
 
 class Return(Effect, frozen=True):
     """RETURN, or the end of a program; the task carries it out. `steps`: the number of steps to skip after the call.
-    `mended` (RETURNE): also skip the step that failed before the REACTE routine."""
+    `mended` (for RETURNE): skip the step whose failure started the REACTE routine, rather than repeat it."""
 
     steps: int = 0
     mended: bool = False
 
 
 class Stop(Effect, frozen=True):
-    """STOP: end the present cycle; the task carries it out."""
+    """STOP: end the current cycle of the main program; the task carries it out."""
 
 
 class Pause(Effect, frozen=True):
-    """PAUSE: stop the program; `resume` continues with the next step."""
+    """PAUSE: stop the program. `Task.resume` then continues with the next step."""
 
 
 class Halt(Effect, frozen=True):
-    """HALT: end the program."""
+    """HALT: end the program. It cannot be resumed."""
 
 
 class LookAround(Effect, frozen=True):
-    """A request that the task check whether a reaction is due, for instance after a SIGNAL of the program."""
+    """A break between two steps in which the task checks whether it must call a reaction, for instance after a
+    SIGNAL."""
 
 
 class RunSignal(Effect, frozen=True):
-    """RUNSIG: keep the signal in the given state while the program runs, and in the opposite state at other times."""
+    """RUNSIG: set a signal while the program runs, and reset it at other times. `signal`: its number; negative: the
+    signal is off while the program runs."""
 
     signal: int
 
 
 class StartTask(Effect, frozen=True):
-    """EXECUTE in a program, or PCEXECUTE: start a task. `number`: the number of the task, None for the first free
-    one."""
+    """EXECUTE or PCEXECUTE in a program: start another task. `number`: the number of this task, None for the first free
+    one; `step`: the step (from 1) where its first cycle begins."""
 
     number: int | None
     call: CallProgram
@@ -153,7 +157,7 @@ class StartTask(Effect, frozen=True):
 
 
 class TaskControl(Enum):
-    """An action of a program on a task, such as ABORT."""
+    """An instruction by which a program controls another task. The values are the instructions."""
 
     ABORT = "ABORT"
     KILL = "KILL"
@@ -168,7 +172,7 @@ class ControlTask(Effect, frozen=True):
 
 
 class AttachRobot(Effect, frozen=True):
-    """ATTACH: reserve the robot for this task as soon as no other task has it."""
+    """ATTACH: reserve the robot for this task. The program waits until no other task has the robot."""
 
 
 class DetachRobot(Effect, frozen=True):
@@ -192,20 +196,21 @@ CYCLE_SETTINGS: tuple[Request, ...] = (
 
 
 class ProgramCompleted(Effect, frozen=True):
-    """The last cycle has ended."""
+    """The last cycle of the main program has ended. `cycles`: the number of completed cycles."""
 
     cycles: int
 
 
 class Failed(Effect, frozen=True):
-    """A step has failed. `resume` continues with the next step; after `retry` it repeats the failed step."""
+    """A step has failed. `Task.resume` then continues with the next step, or after `Task.retry` with the failed
+    one."""
 
     fault: ProgramFault
     error: VrsError
 
 
 class Budget(Effect, frozen=True):
-    """The given number of steps has been carried out. The event requests nothing."""
+    """The number of steps given to `Task.resume` has been carried out. The driver does other work, then resumes."""
 
 
 class TaskState(Enum):
@@ -218,13 +223,14 @@ class TaskState(Enum):
 
 
 HIGHEST = 127  # maximum priority of a reaction to a signal, and of LOCK (V+ User's Guide p.46)
-OF_ERRORS = 254  # the priority of a REACTE routine (V+ User's Guide p.47)
-DEFAULT_PRIORITY = 1
+OF_ERRORS = 254  # priority of a REACTE routine (V+ User's Guide p.47)
+DEFAULT_PRIORITY = 1  # priority of a reaction to a signal, if REACT gives none
 
 
 class Reaction(Struct, frozen=True):
-    """A reaction of REACT or, if `immediate`, of REACTI: call `program` when `signal` goes on; if `signal` is negative,
-    when it goes off."""
+    """A reaction to a signal, set by REACT or REACTI. `signal`: the number of the signal; the reaction is called when
+    it turns on, or if the number is negative, when it turns off. `program`: the name of the program to call;
+    `immediate`: True for REACTI, which also stops the motion."""
 
     signal: int
     program: str
@@ -233,20 +239,22 @@ class Reaction(Struct, frozen=True):
 
 
 class Reactions:
-    """The reactions of one task during a cycle. `on_error`: the program that REACTE names."""
+    """The reactions of one task during a cycle. `priority`: the task's current priority; `on_error`: the name of the
+    program set by REACTE, or None; `waiting`: the reactions whose signals have changed and that must still be
+    called."""
 
     def __init__(self) -> None:
         self.clear()
 
     def clear(self) -> None:
-        """Remove all reactions, as at the start of a cycle."""
+        """Remove all reactions, and set the priority to 0 (each cycle begins like this)."""
         self.priority = 0
         self.on_error: str | None = None
         self._set: dict[int, Reaction] = {}
         self.waiting: list[Reaction] = []
 
     def set(self, reaction: Reaction) -> None:
-        """Set a reaction. It replaces any earlier reaction to the same signal."""
+        """Set a reaction, which replaces any earlier reaction to the same signal."""
         self.ignore(reaction.signal)
         self._set[abs(reaction.signal)] = reaction
 
@@ -257,8 +265,8 @@ class Reactions:
             self.waiting.remove(gone)
 
     def note_change(self, signal: int, on: bool) -> bool:
-        """Record that a signal has changed. Return whether this makes a reaction wait; a reaction that is already
-        waiting is not called twice."""
+        """Record that a signal has changed, and return whether a reaction to this is added to the waiting ones. A
+        reaction that is already waiting is not added twice."""
         if (reaction := self._set.get(signal)) is None or (reaction.signal > 0) is not on or reaction in self.waiting:
             return False
         self.waiting.append(reaction)
@@ -266,8 +274,8 @@ class Reactions:
 
     @property
     def due(self) -> Reaction | None:
-        """Return the waiting reaction that the task must call next, or None: the one with the highest priority; of
-        several, the one whose signal changed first."""
+        """Return the reaction that the task must call next: of the waiting reactions, the one with the highest
+        priority, or the earliest of several. Return None if no priority is above that of the task."""
         if not self.waiting:
             return None
         first = max(self.waiting, key=lambda reaction: reaction.priority)
@@ -275,13 +283,13 @@ class Reactions:
 
 
 def checked_priority(priority: float, lowest: int) -> int:
-    """Return a priority for REACT (at least 1) or LOCK (at least 0). Raises IllegalValue."""
+    """Return a priority for REACT or LOCK as an integer. Raises IllegalValue unless it is from `lowest` to 127."""
     return integer_between(priority, lowest, HIGHEST, "a priority of")
 
 
 def checked_signal(number: float) -> int:
-    """Return the signal number of a reaction, negative if it waits for the signal to go off. Raises IllegalValue
-    for 0."""
+    """Return a signal number for a reaction, rounded to an integer; negative means that the signal must turn off.
+    Raises IllegalValue for 0."""
     if not round(number):
         raise IllegalValue("signal 0", "a signal number; negative: when it goes off")
     return round(number)
@@ -290,18 +298,18 @@ def checked_signal(number: float) -> int:
 ROBOT = 0
 TERMINAL = 4
 DISKS = (5, 6, 7, 8, 17, 18, 19)
-# units for devices that ATTACH names (TCP, SERIAL:1); disk units can have such devices too
+# units for other devices, which ATTACH must name (TCP, SERIAL:1); a disk unit can also be attached to such a device
 OTHERS = tuple(range(9, 17))
 USUAL_DEVICES = {"DISK": DISKS, "SYSTEM": DISKS, "TERMINAL": (TERMINAL,), "MONITOR": (TERMINAL,)}
 UNITS = "0 is the robot, 4 the terminal, 5 to 8 and 17 to 19 are the disk, 9 to 16 other devices"
 
-SUCCESS = 1  # the status of a unit after an operation without an error
-# status after READ: a connection was opened or closed (public V+ programs test for these numbers)
+SUCCESS = 1  # status of a unit after an operation without an error
+# status of a unit after READ has found that a connection was opened or closed (public V+ programs test these numbers)
 OPENED, CLOSED = 100, 101
-MODE_BITS = 7  # mask of all mode bits of ATTACH: 1 do not queue, 2 do not wait, 4 choose a unit
-CHOOSE = 4
-ANY = -1  # this unit number lets the system choose the unit
-NO_WAIT = 1  # bit in the mode of READ and GETC: do not wait
+MODE_BITS = 7  # mask of the mode bits of ATTACH: 1 do not queue, 2 do not wait, 4 let the system choose a unit
+CHOOSE = 4  # mode bit of ATTACH: let the system choose a unit
+ANY = -1  # unit number in AttachUnit by which the system chooses a free unit
+NO_WAIT = 1  # mode bit of READ and GETC: return immediately if there is no input
 
 
 class Access(Enum):
@@ -313,14 +321,14 @@ class Access(Enum):
 
 
 class UnitEffect(Effect, frozen=True):
-    """An operation on a logical unit."""
+    """An operation on a logical unit. `unit`: the number of the unit."""
 
     unit: int
 
 
 class AttachUnit(UnitEffect, frozen=True):
-    """ATTACH: attach a logical unit. The answer is the number of the unit; for ANY, that of a free unit. `device`: the
-    name of the device, None for the device that the unit number implies."""
+    """ATTACH: attach a logical unit to a device. The driver's answer is the number of the unit: that of a free unit if
+    `unit` is ANY. `device`: the name of the device, None for the usual device of this unit."""
 
     device: str | None = None
 
@@ -337,7 +345,7 @@ class OpenFile(UnitEffect, frozen=True):
 
 
 class OpenDevice(UnitEffect, frozen=True):
-    """FOPEN: open a device. `how`: the text of the instruction, such as "/LOCAL_PORT 11000 /CLIENTS 1"."""
+    """FOPEN: open a device. `how`: the options in the instruction, such as "/LOCAL_PORT 11000 /CLIENTS 1"."""
 
     how: str
 
@@ -350,7 +358,7 @@ class CommandDevice(UnitEffect, frozen=True):
 
 
 class CloseFile(UnitEffect, frozen=True):
-    """FCLOSE: close a file or another device."""
+    """FCLOSE: close the file or device that is open on a unit."""
 
 
 class DeleteFile(UnitEffect, frozen=True):
@@ -360,21 +368,21 @@ class DeleteFile(UnitEffect, frozen=True):
 
 
 class ReadRecord(UnitEffect, frozen=True):
-    """READ: read a line. The answer is the next line, or None if there is none. `notices`: report opened and closed
-    connections in the status; `wait`: wait for a line that has not arrived yet."""
+    """READ: read a line. The driver's answer is the next line, or None if there is none. `notices`: let the status of
+    the unit report opened and closed connections; `wait`: wait for a line if none has arrived yet."""
 
     notices: bool = False
     wait: bool = True
 
 
 class AwaitLine(UnitEffect, frozen=True):
-    """Wait, because GETC found no character on a unit. The step is repeated when a character, or at the terminal a
-    line, has arrived."""
+    """Wait for input on a unit, because GETC has found no character. When a character (at the terminal, a line) has
+    arrived, the driver resumes the task, which repeats the step."""
 
 
 class WriteRecord(UnitEffect, frozen=True):
-    """WRITE: write a text. `newline`: the record ends after the text. `handle`: the handle of the connection, None for
-    the connection of the last READ; `wait`: wait for a connection."""
+    """WRITE: write a text. `newline`: end the record after the text. `handle`: the handle of the connection to write
+    to, None for the connection of the last READ; `wait`: wait until there is a connection."""
 
     text: str
     newline: bool
@@ -383,36 +391,39 @@ class WriteRecord(UnitEffect, frozen=True):
 
 
 class RecordRefused(UnitEffect, frozen=True):
-    """The record that was read does not fit the variables of READ. `code`: the error code, which becomes the status of
-    the unit."""
+    """A report that the record from ReadRecord does not fit the variables of READ. `code`: the error code, which
+    becomes the status of the unit."""
 
     code: int
 
 
 def checked_unit(number: float) -> int:
-    """Return the number of a unit that can be read and written. Raises IllegalValue for other units."""
+    """Return the number of the terminal, a disk unit or a unit for other devices. Raises IllegalValue for any other
+    number."""
     if (unit := whole(number)) != TERMINAL and unit not in DISKS and unit not in OTHERS:
         raise IllegalValue(f"logical unit {plain(number)}", UNITS)
     return unit
 
 
 def checked_disk(number: float, word: str) -> int:
-    """Return the number of a disk unit. Raises IllegalValue for other units."""
+    """Return the number of a disk unit. `word`: the instruction, for the message. Raises IllegalValue for any other
+    number."""
     if (unit := checked_unit(number)) not in DISKS:
         raise IllegalValue(f"logical unit {unit}", f"{word} wants one of the disk: 5 to 8, 17 to 19")
     return unit
 
 
 def checked_open(number: float, word: str) -> int:
-    """Return the number of a unit that can be opened and closed. Raises IllegalValue for other units."""
+    """Return the number of a unit that can be opened and closed. `word`: the instruction, for the message. Raises
+    IllegalValue for the terminal and unknown units."""
     if (unit := checked_unit(number)) == TERMINAL:
         raise IllegalValue(f"logical unit {unit}", f"{word} wants one of the disk or another device: 5 to 19")
     return unit
 
 
 def checked_device(device: str | None, unit: int | None) -> str | None:
-    """Return the name of the device for a unit, or None for the device that the unit number implies. Raises
-    IllegalValue."""
+    """Return the name of the device for a unit in upper case, or None if it is the usual device of this unit. Raises
+    IllegalValue if the device is missing or does not fit the unit."""
     name = "" if device is None else device.strip().upper()
     usual = USUAL_DEVICES.get(name)
     if not name and unit in OTHERS:

@@ -1,5 +1,5 @@
-"""Prepare programs to run: the names that compiled programs use, programs with their LOCAL variables, and activations
-with their state."""
+"""Prepare programs to run: the Python names that compiled programs use, programs with their LOCAL variables, and
+activations (one record for each running call, with its variables and position)."""
 
 from __future__ import annotations
 
@@ -46,21 +46,20 @@ from vrs_cli.values.numbers import Value, count
 
 
 def for_step(step: float) -> float:
-    """Return the STEP of a FOR. Raises IllegalValue for 0."""
+    """Check the STEP of a FOR and return it. Raises IllegalValue for 0."""
     if step == 0.0:
         raise IllegalValue("a STEP of 0", "the loop would never end")
     return step
 
 
 def setting(name: str, variable: Reference) -> Value:
-    """Return the value of `PARAMETER p = word`: the value of the variable with that name if it has one, otherwise the
-    word itself."""
+    """Return the value for `PARAMETER p = name`: that of the variable `name` if it has a value, otherwise the name
+    itself as a keyword."""
     return variable.value() if variable.has_value() else name.upper()
 
 
 def by_value(context: Context, value: Value) -> Reference:
-    """Store the value of an expression in a variable without a visible name, and return a reference to it for a
-    CALL."""
+    """Store the value of an argument of CALL in a new unnamed variable, and return a reference to this variable."""
     kind, key = values.kind_of_value(value), ARGUMENT
     reference = new_variable(
         context.environment.spelling, key, values.Kind.REAL if kind is values.Kind.LOCATION else kind
@@ -69,13 +68,15 @@ def by_value(context: Context, value: Value) -> Reference:
     return reference
 
 
-_ANY_REAL = RealArgument({ARGUMENT: 0.0})  # with these cells, using a real as a transformation raises TypeMismatch
+# cells that contain a real under the key of an argument, so that using any real argument as a transformation raises
+# TypeMismatch
+_ANY_REAL = RealArgument({ARGUMENT: 0.0})
 NO_LOCATION = Cells({}, values.Kind.LOCATION)
 NO_LOCATION.others = ref(_ANY_REAL)
 
 
 def overflow(error: ArithmeticError) -> ArithmeticOverflow:
-    """Convert an error of Python's arithmetic to an error of the language."""
+    """Convert an arithmetic error of Python to an error of VAL-II."""
     divides = isinstance(error, ZeroDivisionError)
     return ArithmeticOverflow("division by zero" if divides else "the result is too large for a real")
 
@@ -97,8 +98,8 @@ def at_once() -> bool:
 
 
 class Unset:
-    """The limit of a FOR loop that was entered by a jump past its FOR. Comparing it or adding to it raises
-    UndefinedValue."""
+    """A placeholder for the limit and step of a FOR that has not been carried out. If a jump has entered the loop
+    without its FOR, the loop's END compares or adds this value, which raises UndefinedValue."""
 
     def _say(self, _other: object) -> NoReturn:
         raise UndefinedValue("the limit of FOR", "the loop was entered by a jump past its FOR")
@@ -107,10 +108,10 @@ class Unset:
 
 
 UNSET = Unset()
-MAX_BOUND = 200  # maximum number of programs with bound calls; it also limits the depth of nested direct calls
+MAX_BOUND = 200  # maximum number of bound calls with which a further direct call is made; this limits their nesting
 
-# Functions that carry out instructions: they take evaluated operands and return the requests and effects that the
-# program yields. They change variables, signals and timers themselves, without the driver.
+# Functions that carry out instructions. They take the values of the operands, and return the requests and effects that
+# the program yields. They themselves change variables, signals and timers.
 HANDLERS = {**MOTIONS, **INPUT_OUTPUT, **TASKS}
 
 _CALLED: tuple[Callable[..., Any], ...] = (
@@ -137,7 +138,9 @@ LIBRARY = Library(_NAMES, OF_VALUES, IN_CONTEXT, HANDLERS, waits_for_signals)
 def evaluator(
     make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, values.Kind], own: Sequence[str] = ()
 ) -> Callable[..., Any]:
-    """Compile an expression to a function that takes the context, and a reference for each variable of `own`."""
+    """Compile an expression to a function of the context and of a reference for each variable in `own`. `make`: returns
+    the code of the expression; `kinds`: the kinds of the bare names that have a value; `own`: the keys of parameters
+    and private variables."""
     function, arrays = compile_expression(LIBRARY, make, kinds, own)
 
     def evaluate(context: Context, *references: Reference) -> Any:
@@ -155,8 +158,8 @@ Steps = Generator[int | Event, str | None, int | None]
 
 
 class Executable:
-    """A stored program in its memory, with its LOCAL variables, which keep their values between calls. It is compiled
-    when it first runs."""
+    """A stored program that can run in a memory, together with its LOCAL variables, which keep their values between
+    calls. It is compiled when it first runs."""
 
     def __init__(self, memory: Environment, stored: StoredProgram) -> None:
         self._memory = memory
@@ -164,7 +167,8 @@ class Executable:
         self.analysis = stored.analysis
         self._lines = stored.lines
         self._ahead: Compiled | None = None
-        # for each operation: the function, the cells of simple variables, the block number, and the cells of arrays
+        # by the operation where a call starts: the function, and the arguments that are the same for all these calls
+        # (cells of simple variables, block number, cells of arrays)
         self._starts: dict[int, tuple[Callable[..., Steps], list[object], int, list[Cells]]] = {}
 
     @property
@@ -172,33 +176,33 @@ class Executable:
         return self.program.name
 
     def source(self, step: int) -> str:
-        """Return the text of a step (counted from 0)."""
+        """Return the text of a step as in the file. `step`: its index, from 0."""
         return StoredProgram(self.analysis, self._lines).source(step)
 
     @cached_property
     def compilation(self) -> Compiled:
-        """Compile the program. Raises ProgramNotExecutable for one that has errors."""
+        """Return the compiled program. Raises ProgramNotExecutable if the program has errors."""
         compiled, self._ahead = self._ahead or compile_program(LIBRARY, self.analysis), None
         for key, name in compiled.spelling.items():
             self._memory.spelling.setdefault(key, name)
         return compiled
 
     def compile_ahead(self, *, everywhere: bool) -> None:
-        """Compile the program in advance, in any thread, so that `compilation` takes no time later. `everywhere`: also
-        compile the variant that can be entered at any step. A program with errors is not compiled."""
+        """Compile the program in advance, in any thread, so that its first run does not have to wait. `everywhere`:
+        also compile the variant that can be entered at any step. A program with errors is left uncompiled."""
         known: Compiled | None = self.__dict__.get("compilation") or self._ahead
         with suppress(ProgramNotExecutable):
             known = self._ahead = known or compile_program(LIBRARY, self.analysis)
             if everywhere:
-                # -1 is the index of no operation, so this compiles the variant that can be entered anywhere
+                # no block of the ordinary variant begins at operation -1, so this compiles the variant `everywhere`
                 known.variant(op=-1)
 
     def start(self, context: Context, arguments: Sequence[Given], slots: list[object], op: int) -> Steps:
-        """Start an activation at an operation. `arguments`: a value for each parameter, then the program's own
-        variables.
+        """Return the generator of a call that starts at operation `op`. `arguments`: a reference for each parameter,
+        then for each private variable.
 
-        `slots`: the limits of FOR loops and the subjects of CASEs, all UNSET at first; they are stored here when the
-        activation ends.
+        `slots`: the limits and steps of FOR loops and the subjects of CASEs, all UNSET at first; the generator stores
+        them here when it ends.
         """
         known = self._starts.get(op)
         if known is None:
@@ -210,18 +214,19 @@ class Executable:
 
     @cached_property
     def _cells(self) -> list[object]:
-        """Return the cells of simple variables, views of their keys, and the bound calls."""
+        """Return the arguments that all calls share: the cells of simple variables, views of their keys, and the bound
+        calls."""
         simple = {name: self._memory.cells(kind) for kind, name in CELLS.items()}
         return [*simple.values(), *(simple[name].keys() for name in KEYS), self.calls]
 
     @cached_property
     def calls(self) -> list[Bound]:
-        """Return the function and the program that are bound to each call of this program."""
+        """Return, for each CALL in this program, the Python function and the called program that are bound to it."""
         return [NOT_BOUND] * len(self.compilation.lowered.calls)
 
     def called(self, site: int, name: str) -> Executable:
-        """Return the called program, and bind it to the call. At the second call the program is bound with a direct
-        function, if it can have one. Raises UndefinedName."""
+        """Return the program `name` for the CALL number `site`, and bind it to this CALL. At the second execution of
+        the CALL, also bind the program's direct function, if it can have one. Raises UndefinedName."""
         callee: Executable | None
         function, callee = self.calls[site]
         if callee is None:
@@ -231,15 +236,17 @@ class Executable:
         elif function is not_bound:
             direct = callee.direct if self._direct_calls(site, callee) else None
             if direct is None and self.__dict__.get("direct") is not None:
-                self._memory.programs.unbind()  # because a direct function must not call a program that waits
+                # callers must not use the direct function of this program any more, because it now calls a program
+                # that may wait
+                self._memory.programs.unbind()
             if direct is None:
                 self.direct = None
             self.calls[site] = by_task if direct is None else direct.function, callee
         return callee
 
     def _direct_calls(self, site: int, callee: Executable) -> bool:
-        """Return whether a call can be made directly: the arguments must have the right kinds, and the called program
-        must never call the caller, not even indirectly."""
+        """Return whether a CALL can use the called program's direct function: the arguments must have the right kinds,
+        and the called program must not call this one again, directly or indirectly."""
         given, rows = self.compilation.lowered.calls[site].called.arguments, callee._parameters
         if callee.direct is None or len(given) != len(rows) or len(self._memory.programs.bound) > MAX_BOUND:
             return False
@@ -259,8 +266,7 @@ class Executable:
 
     @cached_property
     def direct(self) -> Direct | None:
-        """Compile the program to a direct function, which other programs call. Return None if only a task can run the
-        program."""
+        """Return the program's direct function (see `compile.direct`), or None if only a task can run the program."""
         made = compile_direct(LIBRARY, self.analysis, self.compilation.lowered)
         if made is not None:
             arrays = (self._memory.cells(*array) for array in made.arrays)
@@ -268,8 +274,8 @@ class Executable:
         return made
 
     def own(self) -> tuple[Reference, ...]:
-        """Return the variables of an activation besides its arguments: new variables for AUTO, the kept ones for
-        LOCAL."""
+        """Return references to the private variables for a new call: new AUTO variables, and the LOCAL variables, which
+        all calls share."""
         kept = iter(self._local)
         spelling = self._memory.spelling
         return tuple(
@@ -279,8 +285,8 @@ class Executable:
 
     @cached_property
     def _automatic(self) -> tuple[tuple[str, values.Kind, bool] | None, ...]:
-        """Return, for each AUTO variable, its key, its kind, and whether it is an array; None in place of each LOCAL
-        variable."""
+        """Return, for each private variable, its key, its kind, and whether it is an array if it is AUTO; None if it is
+        LOCAL."""
         for own in self.analysis.own:
             self._memory.spelling.setdefault(own.key, self.compilation.spelling.get(own.key, own.key))
         return tuple(
@@ -296,14 +302,15 @@ class Executable:
         )
 
     def local_size(self) -> int:
-        """Return the number of array elements and string characters in LOCAL variables."""
+        """Return the size of the LOCAL variables: the number of array elements plus that of string characters."""
         made: tuple[Reference, ...] = self.__dict__.get("_local", ())
         return sum(reference.size() for reference in made)
 
     @cached_property
     def _parameters(self) -> tuple[tuple[values.Kind, bool, int | None], ...]:
-        """Return, for each parameter: its kind; whether it is an array; and the index of the other kind's cells in a
-        reference, if the program decides whether a bare name is a real or a transformation."""
+        """Return, for each parameter: its kind; whether it is an array; and, if the program decides that a bare name is
+        a real or a transformation, the index in a reference of the cells of the other kind, which must not contain
+        it."""
         other = {values.Kind.REAL: 1, values.Kind.LOCATION: 0, None: None}
         return tuple(
             (
@@ -315,7 +322,7 @@ class Executable:
         )
 
     def bind(self, arguments: Sequence[Given | None]) -> Sequence[Given]:
-        """Return a reference for each parameter. Raises ArgumentMismatch."""
+        """Check the arguments of a call, and return a reference for each parameter. Raises ArgumentMismatch."""
         rows = self._parameters
         if len(arguments) == len(rows):
             for given, (kind, is_array, other) in zip(arguments, rows, strict=True):
@@ -335,8 +342,8 @@ class Executable:
         return tuple(map(self._bind_one, parameters, padded))
 
     def _bind_one(self, parameter: Variable, argument: Given | None) -> Reference:
-        """Return the reference for a parameter. If the argument was omitted, the parameter has no value until the
-        program assigns one."""
+        """Return the reference for one parameter. For an omitted argument (None), it is a new variable without a value.
+        Raises ArgumentMismatch."""
         given = None if argument is None else Reference(*argument)
         typed = parameter.sigil + parameter.name
         name, kind = f"{typed} of {self.name}", values.kind_of_name(parameter.sigil)
@@ -358,11 +365,11 @@ class Executable:
 
     @cached_property
     def beyond_val2(self) -> tuple[Diagnostic, ...]:
-        """Return an error for each part of the program that only V+ has."""
+        """Return an error for each word or form in the program that only V+ has."""
         return tuple(beyond(self.program, vplus=False))
 
     def refuse_beyond_val2(self) -> None:
-        """Raise ProgramNotExecutable if the program has a part that only V+ has."""
+        """Raise ProgramNotExecutable if the program has a word or form that only V+ has."""
         if self.beyond_val2:
             first = self.beyond_val2[0]
             lines = [step.span.line for step in self.program.steps]
@@ -372,8 +379,8 @@ class Executable:
 
 
 class Interruption(Struct, frozen=True):
-    """The state of a program that a reaction interrupts: its `priority`, and the event that it was `waiting` for.
-    `failed`: whether its step failed."""
+    """The state of a program that a reaction interrupts. `priority`: its priority; `waiting`: the event that the driver
+    had not finished, or None; `failed`: whether a failed step started the reaction (REACTE)."""
 
     priority: int
     waiting: Event | None = None
@@ -383,18 +390,19 @@ class Interruption(Struct, frozen=True):
 def _started_later(
     program: Executable, context: Context, arguments: Sequence[Given], slots: list[object], op: int
 ) -> Steps:
-    """Start an activation when the task resumes it, because entering it there may require compiling the program
-    first."""
+    """Start a call at operation `op` only when the task resumes it, because starting there may first require compiling
+    the variant `everywhere`."""
     return (yield from program.start(context, arguments, slots, op))
 
 
 class Activation:
-    """An activation of a program: its present operation `op`, and the values that are kept when its generator is
-    replaced.
+    """A running call of a program. `op`: its current operation; `steps`: the generator that runs it, which is replaced
+    when the program continues at another operation.
 
-    `between`: the operation `op` has not begun; `reached`: its step is the next one. `interruption`: the interrupted
-    program's state, if a reaction made this call. `slots` are given for a direct call that the task continues;
-    `called`: its operation has already made a call.
+    `between`: whether the operation `op` has not begun; `reached`: whether the program has run up to `op` and stopped
+    before it. `interruption`: the state of the interrupted program, if this is the call of a reaction. Arguments of the
+    constructor for a direct call that the task continues: `slots` (see `Executable.start`), and `called` (whether the
+    operation has already made its call).
     """
 
     __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "reached", "steps")
@@ -421,12 +429,12 @@ class Activation:
             self.continue_later(op + called)
 
     def continue_later(self, op: int) -> None:
-        """Continue at an operation when the task resumes the activation."""
+        """Make the call continue at operation `op` when the task resumes it."""
         self.steps = _started_later(self.program, self._context, self._arguments, self._slots, op)
 
     @property
     def step(self) -> int:
-        """Return the index of the present step, from 0."""
+        """Return the index of the current step, from 0."""
         return self.program.compilation.lowered.ops[self.op].step
 
     @property
@@ -435,25 +443,25 @@ class Activation:
 
     @property
     def own(self) -> Mapping[str, Reference]:
-        """Return the arguments and the program's own variables, by key."""
+        """Return references to the parameters and private variables, by key."""
         parameters, own = self.program.program.parameters, self.program.analysis.own
         keys = [variable.key for variable in parameters] + [one.key for one in own]
         return {key: Reference(*given) for key, given in zip(keys, self._arguments, strict=True)}
 
     def enter(self, op: int) -> None:
-        """Continue at another operation."""
+        """Stop the generator, and make the call continue at operation `op`."""
         self.steps.close()
         self.op, self.between, self.reached = op, True, False
         self.steps = self.program.start(self._context, self._arguments, self._slots, op)
 
     def skip(self, more: int = 0) -> None:
-        """Continue with the next step, or with the step that is `more` steps after it."""
+        """Make the call continue with the next step, or `more` steps after it."""
         end = len(self.program.program.steps)
         self.enter(self.program.compilation.lowered.entries[min(self.step + 1 + more, end)])
 
 
 class Environment(Memory):
-    """The memory of programs, which compiles each program once, when it first runs. The compiled form is freed when the
+    """A memory that can also run its programs. It keeps one Executable for each stored program, which is freed when the
     program is deleted or replaced and no task uses it."""
 
     def __init__(self, seed: int = 0, units: JointUnits = TURNING) -> None:
@@ -466,7 +474,8 @@ class Environment(Memory):
         return known
 
     def size_of_all(self) -> int:
-        """Return the total number of array elements and string characters, including LOCAL variables."""
+        """Return the size of all variables, including LOCAL ones: the number of array elements plus that of string
+        characters."""
         return self.size() + sum(
             one.local_size()
             for stored, one in self._executables.items()

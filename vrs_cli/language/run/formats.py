@@ -12,8 +12,8 @@ from vrs_cli.values.numbers import Value
 
 
 def _fit(text: str, width: int) -> str:
-    """Right-justify a text in a field; return asterisks if it does not fit. A width of 0 means that the field is as
-    wide as the text."""
+    """Right-justify a text in a field of this width; return asterisks if it does not fit. With a width of 0, return the
+    text unchanged."""
     if not width:
         return text
     return text.rjust(width) if len(text) <= width else "*" * width
@@ -25,8 +25,8 @@ def _fixed_point(value: float, width: int, decimals: int) -> str:
 
 
 def _general(value: float, width: int, decimals: int) -> str:
-    """Return a number in format F if it fits the width and is large enough to show a digit, otherwise in format E with
-    as many digits as fit; asterisks if that does not fit either."""
+    """Return a number in format F, if it fits the width and is not so small that all decimals would be 0; otherwise in
+    format E with as many decimals as fit, or asterisks if even 0 decimals do not fit."""
     text = _fixed_point(value, 0, decimals)
     small = value != 0.0 and log10(abs(value)) < -decimals
     if not small and abs(value) < EXACT and (not width or len(text) <= width):
@@ -36,11 +36,12 @@ def _general(value: float, width: int, decimals: int) -> str:
 
 
 def _in_base(letter: str) -> Callable[[float, int, int], str]:
-    """Return a function that formats integers in a number base; negative numbers are shown as their 24 bits."""
+    """Return a function that formats integers in the number base of Python's format code `letter`. Negative numbers are
+    shown in two's complement with 24 bits."""
     return lambda value, width, _: _fit(format(integer(value) % (1 << INTEGER_BITS), letter), width)
 
 
-# a function of the value, the width and the number of decimals
+# by format code: a function that formats a value with a width and a number of decimals
 NUMBER_FORMS: dict[str, Callable[[float, int, int], str]] = {
     "D": lambda value, _width, _decimals: default_form(value),
     "F": _fixed_point,
@@ -50,7 +51,7 @@ NUMBER_FORMS: dict[str, Callable[[float, int, int], str]] = {
     "H": _in_base("X"),
     "O": _in_base("o"),
 }
-DECIMALS = 3  # number of decimals if a format gives none
+DECIMALS = 3  # number of decimals if the format code gives none
 
 CONTROLS: dict[str, Callable[[int], str]] = {
     "B": lambda _: "\a",
@@ -63,10 +64,10 @@ TypeItem = Value | Format
 
 
 def encode(items: Iterable[TypeItem | None], units: JointUnits = TURNING) -> tuple[str, bool]:
-    """Return the text of a TYPE list, and whether a newline ends it (`/S` suppresses the newline).
+    """Return the text for the items of a TYPE, and whether a newline follows it (`/S` suppresses the newline).
 
-    A location is shown as its six numbers, a precision point as its joints, each number in the present format after a
-    blank.
+    A location is shown as its six numbers, a precision point as its joints; each number follows a blank and has the
+    format of the last format code before the item.
     """
     parts, newline = list[str](), True
     form, width, decimals = NUMBER_FORMS["D"], 0, DECIMALS
@@ -81,7 +82,7 @@ def encode(items: Iterable[TypeItem | None], units: JointUnits = TURNING) -> tup
                 decimals = DECIMALS if item.decimals is None else item.decimals
             elif item.code in CONTROLS:
                 parts.append(CONTROLS[item.code](1 if item.width is None else item.width))
-            elif item.code == "S":  # N only changes how WRITE waits, not the text
+            elif item.code == "S":  # the remaining code N only changes how WRITE waits, so it is ignored here
                 newline = False
         elif item is not None:
             shown = (form(number, width, decimals) for number in numbers_of(item, units))

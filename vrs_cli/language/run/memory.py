@@ -1,5 +1,5 @@
-"""Define the context in which functions and instructions run (the robot, the system, variables, signals, timers,
-programs), and check their operands."""
+"""Define the context that the functions and instructions of a program use: the robot, the task system, variables,
+signals, timers and programs; and check operands."""
 
 from __future__ import annotations
 
@@ -30,23 +30,25 @@ if TYPE_CHECKING:
 
     from vrs_cli.engine.engine import Engine
 
-ROBOT_NUMBER = 1  # SELECT ROBOT: the number of the only robot
-TICK = on_grid(0.028)  # [s] trajectory tick of VAL-II: the interval between tests of a WAIT or passes of a busy loop
+ROBOT_NUMBER = 1  # number of the only robot, for SELECT ROBOT and TASK
+TICK = on_grid(0.028)  # [s] trajectory tick of VAL-II; a WAIT is tested, and a busy loop runs, once in this time
 
-# INRANGE returns as bits why a location cannot be reached: joints 1 to 6, then too close, too far, then joints 7 and
-# up. (V+ Keyword Reference, INRANGE, names such bits; the numbers are ours.)
+# INRANGE returns one bit as the reason why a location cannot be reached: bits 0 to 5 for the limits of joints 1 to 6,
+# bit 6 for too close, bit 7 for too far, bits 8 and up for joints 7 and up. (V+ Keyword Reference, INRANGE, names such
+# bits; their numbers are our choice.)
 TOO_CLOSE_BIT, TOO_FAR_BIT = 1 << 6, 1 << 7
-JOINTS_BELOW, BITS_BETWEEN = 6, 2
+JOINTS_BELOW, BITS_BETWEEN = 6, 2  # number of joints with bits below these two bits, and number of these bits
 
-NO_POWER, PROGRAM_CONTROL = 2, 7  # values of STATE(1)
-NEVER_MOVED, MOVING, AT_REST = 0, 1, 2  # values of STATE(2)
-COMPUTER_CONTROL = 5  # value of STATE(3): the last of the modes that the V+ 12.4 release notes list
-# values of STATE(4), whose bit 3 is the emergency stop, and of STATE(5), as drivers for ROS read them
+NO_POWER, PROGRAM_CONTROL = 2, 7  # values of STATE(1), the state of the robot
+NEVER_MOVED, MOVING, AT_REST = 0, 1, 2  # values of STATE(2), the motion
+COMPUTER_CONTROL = 5  # value of STATE(3), the manual control mode: the last mode in the V+ 12.4 release notes
+# constant values of STATE(4), whose bit 3 would be the emergency stop, and of STATE(5), with the meanings that public
+# drivers for ROS expect
 NO_FLAGS, AUTOMATIC = 0, 1
 
 
 def speed(engine: Engine, number: int) -> float:
-    """Return the speed that SPEED(number) gives [%]. Raises IllegalValue."""
+    """Return the value of the function SPEED(number) [%]. Raises IllegalValue for an unknown number."""
     settings = engine.settings
     speeds = (settings.monitor_speed, settings.speed.always.value, settings.speed.present.value)
     if not 1 <= number <= len(speeds):
@@ -55,14 +57,14 @@ def speed(engine: Engine, number: int) -> float:
 
 
 def state(engine: Engine, number: int) -> float:
-    """Return the state that STATE(number) gives. Raises IllegalValue."""
+    """Return the value of the function STATE(number). Raises IllegalValue for an unknown number."""
     if (tell := STATES.get(number)) is None:
         raise errors.IllegalValue(f"STATE({number})", f"it tells {', '.join(map(str, STATES))}")
     return float(tell(engine))
 
 
 def in_range(engine: Engine, place: Transform | Joints) -> int:
-    """Return 0 if a location or a joint position can be reached, otherwise the reason as a bit."""
+    """Return 0 if the robot can reach a location or joint position, otherwise one bit that gives the reason."""
     try:
         if isinstance(place, Transform):
             engine.joints_for(place)
@@ -74,8 +76,9 @@ def in_range(engine: Engine, place: Transform | Joints) -> int:
 
 
 def solve(engine: Engine, T_world_tool: Transform, near: Joints, asked: Configuration | None) -> tuple[Joints, int]:
-    """Return the joints of a pose, put inside their ranges, and 0 or a bit with the reason why the pose cannot be
-    reached. `asked`: the configuration, None for that of `near`."""
+    """Return the joint positions for a pose, and 0; if the pose cannot be reached, joint positions within the limits,
+    and one bit that gives the reason. `near`: the joint positions that the solution should be close to; `asked`: the
+    configuration, None for the configuration of `near`."""
     way = engine.arm.configuration(near) if asked is None else asked
     try:
         return engine.joints_for(T_world_tool, near, way), 0
@@ -88,7 +91,7 @@ def solve(engine: Engine, T_world_tool: Transform, near: Joints, asked: Configur
 
 
 def _reason(error: errors.MotionError) -> int:
-    """Return the reason why a location cannot be reached, as a bit."""
+    """Return the bit of INRANGE for an error: the reason why a location cannot be reached."""
     if isinstance(error, errors.JointOutOfRange):
         return 1 << (error.joint - 1 + (BITS_BETWEEN if error.joint > JOINTS_BELOW else 0))
     return TOO_CLOSE_BIT if isinstance(error, errors.LocationTooClose) else TOO_FAR_BIT
@@ -101,7 +104,7 @@ def _motion_state(engine: Engine) -> int:
 
 
 def _present_motion(engine: Engine) -> tuple[float, float] | None:
-    """Return the start and end of the present motion [s], or None if the robot is at rest."""
+    """Return the start and end times of the current motion [s], or None if the robot is at rest."""
     if not engine.position().moving:
         return None
     timeline = engine.timeline
@@ -115,19 +118,20 @@ def _present_motion(engine: Engine) -> tuple[float, float] | None:
 
 
 def _time_left(engine: Engine) -> float:
-    """Return the time until the present motion ends [s]; 0 if the robot is at rest."""
+    """Return the time until the current motion ends [s]; 0 if the robot is at rest."""
     span = _present_motion(engine)
     return 0.0 if span is None else span[1] - engine.now
 
 
 def _percent_done(engine: Engine) -> float:
-    """Return the completed part of the present motion [%]; 100 if the robot is at rest."""
+    """Return the elapsed part of the current motion's time [%]; 100 if the robot is at rest."""
     span = _present_motion(engine)
     return 100.0 if span is None else 100.0 * (engine.now - span[0]) / (span[1] - span[0])
 
 
-# The functions of STATE, by its argument. 1 to 3: V+ 12.4 release notes. 9 is above 0 during motion, as drivers for ROS
-# expect. That 9 counts seconds, and the meaning of 10, are from memory of the eV+ reference.
+# Functions that return STATE(n), by n. Sources: for 1 to 3 the V+ 12.4 release notes; 9 is above 0 during a motion
+# because public drivers for ROS expect this; that 9 is in seconds, and the meaning of 10, are from memory of the eV+
+# reference.
 STATES: Mapping[int, Callable[[Engine], float]] = {
     1: lambda engine: PROGRAM_CONTROL if engine.settings.switch("POWER") else NO_POWER,
     2: _motion_state,
@@ -143,22 +147,22 @@ STATES: Mapping[int, Callable[[Engine], float]] = {
 
 
 class System:
-    """The system that runs programs, as the calling task sees it. This base class is for a program that runs alone:
-    one task and no devices."""
+    """The task system that runs programs, as the calling task sees it. This base class is for a program that runs
+    alone, as task 0 and without devices."""
 
     def task(self) -> int:
-        """Return the number of the task; -1 for a line of the prompt."""
+        """Return the number of the calling task; -1 for a line typed at the prompt."""
         return 0
 
     def priority(self) -> int:
         return 0
 
     def run_state(self, task: int) -> int:  # noqa: ARG002 (subclasses use the argument, also below)
-        """Return the state of a task (`operations.IDLE` and the like)."""
+        """Return the state of a task as TASK(1, n) gives it (`operations.IDLE` to `operations.PAUSED`)."""
         return 0
 
     def event(self, task: int) -> bool:  # noqa: ARG002
-        """Return whether the event of a task is set."""
+        """Return whether the event (a flag) of a task is set."""
         return False
 
     def robot_of(self, task: int) -> int:  # noqa: ARG002
@@ -166,11 +170,11 @@ class System:
         return ROBOT_NUMBER
 
     def take_latch(self) -> bool:
-        """Return whether the latch signal has occurred since the last call."""
+        """Return whether the latch signal has occurred since the last call of this method."""
         return False
 
     def latch(self) -> tuple[Transform, Joints] | None:
-        """Return T_world_tool and the joints at the last latch signal; None before the first one."""
+        """Return T_world_tool and the joint positions at the last latch signal; None before the first one."""
         return None
 
     def program_status(self, name: str) -> int:  # noqa: ARG002
@@ -193,14 +197,14 @@ class System:
         return None
 
     def begin_reading(self) -> None:
-        """Record that a step with GETC begins."""
+        """Record that a step with GETC begins, for `put_back`."""
 
     def put_back(self) -> None:
-        """Put back the characters that the present step has read, because the step will be repeated."""
+        """Put back the characters that GETC has read in the current step, because the step will be repeated."""
 
     def character(self, unit: int, wait: bool) -> int:  # noqa: ARG002
-        """Return the code of the next character of a logical unit, or an error code. Raises LineMissing if no line has
-        arrived."""
+        """Return the code of the next character from a logical unit, or an error code. If there is no character yet and
+        `wait` is True, raises LineMissing."""
         return errors.UnitNotAttached.code
 
 
@@ -211,19 +215,22 @@ LAST_TIMER = 15  # highest timer number; V+ also has timers with negative number
 
 
 class Timers:
-    """Timers -15 to 15, in seconds of the robot clock. A timer that is not set counts from the start of the clock."""
+    """The timers -15 to 15, which count seconds of the robot clock. A timer that was never set shows the time of the
+    clock."""
 
     def __init__(self) -> None:
         self._zero: dict[int, float] = {}
 
     def set(self, number: float, seconds: float, now: float) -> None:
-        """Set a timer to `seconds`. Raises IllegalValue for an unknown timer or a time out of range."""
+        """Set a timer to `seconds`. `now`: the time of the robot clock [s]. Raises IllegalValue for an unknown timer or
+        a time out of range."""
         if not abs(seconds) <= LATEST:
             raise errors.IllegalValue(f"a timer at {plain(seconds)} s", f"it is from {-LATEST:g} to {LATEST:g} s")
         self._zero[self._check_number(number)] = now - seconds
 
     def read(self, number: float, now: float) -> float:
-        """Return the time of a timer [s]. Raises IllegalValue for an unknown timer."""
+        """Return the value of a timer [s]. `now`: the time of the robot clock [s]. Raises IllegalValue for an unknown
+        timer."""
         return now - self._zero.get(self._check_number(number), 0.0)
 
     def _check_number(self, number: float) -> int:
@@ -231,7 +238,7 @@ class Timers:
 
 
 class StoredProgram(Struct, frozen=True, eq=False, weakref=True):
-    """A program in memory. `lines`: the lines of its file, which all programs of the file share."""
+    """A program in memory. `lines`: all lines of its file, in one tuple that the programs of the file share."""
 
     analysis: Analysis
     lines: tuple[str, ...] = ()
@@ -245,7 +252,8 @@ class StoredProgram(Struct, frozen=True, eq=False, weakref=True):
         return self.program.name
 
     def source(self, step: int) -> str:
-        """Return the text of a step (counted from 0) as it was read; without the file's lines, in canonical form."""
+        """Return the text of a step as in the file, or in canonical form if the lines of the file are not known.
+        `step`: the index of the step, from 0."""
         if not self.program.steps:
             return ""
         it = self.program.steps[step]
@@ -254,30 +262,32 @@ class StoredProgram(Struct, frozen=True, eq=False, weakref=True):
         return "" if it.statement is None else statement_text(it.statement)
 
 
-# a function that makes a call, and the called executable (None while it is unknown)
+# what is bound to a CALL in a program: the Python function that makes the call, and the called Executable (None before
+# the first call)
 Bound = tuple[Callable[..., int], Any]
 
 
 def by_task(context: Context, _left: int, _executable: Any, *given: Any) -> int:
-    """Let the task make a call: record the arguments, and return 0."""
+    """Record the arguments of a call and return 0, so that the task makes the call. (A direct function has the same
+    parameters.)"""
     context.kept[:] = given
     return 0
 
 
-not_bound = partial(by_task)  # `by_task` as a distinct object, which marks a call that is not bound yet
+not_bound = partial(by_task)  # does the same as `by_task`; a distinct object, to recognize calls that are not bound
 NOT_BOUND: Bound = (not_bound, None)
 
 
 class Programs(UserDict[str, StoredProgram]):
-    """The programs of a memory, by key. `bound`: lists of calls that are bound to programs. Every change to the
-    programs unbinds all calls."""
+    """The programs in a memory, by key. `bound`: the lists of calls in which a called program is bound. Every change to
+    the programs unbinds all calls, because a call may now mean another program."""
 
     def __init__(self, *programs: Mapping[str, StoredProgram]) -> None:
         self.bound: list[list[Bound]] = []
         super().__init__(*programs)
 
     def unbind(self) -> None:
-        """Forget the programs that are bound to calls, so that every call looks up its program again."""
+        """Unbind all calls, so that each call looks up its program again."""
         for calls in self.bound:
             calls[:] = [NOT_BOUND] * len(calls)
         self.bound.clear()
@@ -296,8 +306,8 @@ class Programs(UserDict[str, StoredProgram]):
 
 
 class Memory(Variables):
-    """The memory that programs share and keep between runs. Equal values of `seed` give equal random numbers. `system`:
-    the system that runs the programs."""
+    """The memory that programs share and that keeps its values between runs. `seed`: the seed of RANDOM; `system`: the
+    task system that runs the programs; `last_error`: the code that ERROR returns."""
 
     def __init__(self, seed: int = 0, units: JointUnits = TURNING) -> None:
         super().__init__(units)
@@ -310,26 +320,27 @@ class Memory(Variables):
 
     @cached_property
     def random(self) -> Random:
-        from random import Random  # imported here, because few programs use it
+        from random import Random  # imported only when needed, because few programs use RANDOM
 
         return Random(self._seed)
 
     def copy(self) -> Memory:
-        """Copy the present variables and programs, for readers in any thread."""
+        """Return a copy of the current variables and programs, which other threads can read."""
         copied = Memory(units=self.units)
         copied.take(self)
         copied.programs |= self.programs
         return copied
 
     def store(self, analysis: Analysis, lines: tuple[str, ...] = ()) -> StoredProgram:
-        """Store a program; it replaces one of the same name. `lines`: the lines of its whole file."""
+        """Store a program, replacing any program of the same name. `lines`: the lines of its whole file."""
         stored = StoredProgram(analysis, lines)
         free_in_parts(stored.program, stored.program.steps, lines)
         self.programs[analysis.program.key] = stored
         return stored
 
     def meant(self, typed: str) -> StoredProgram:
-        """Return the program with a name, or the program whose name it abbreviates. Raises UndefinedName."""
+        """Return the program with the typed name, or the only program whose name begins with it. Raises
+        UndefinedName."""
         key = key_of(typed)
         begun = [stored for other, stored in self.programs.items() if other.startswith(key)]
         if not begun:
@@ -345,7 +356,7 @@ class Memory(Variables):
         return begun[0]
 
     def program(self, name: str) -> StoredProgram:
-        """Return the program with a name. Raises UndefinedName, with a similar name as a hint."""
+        """Return the program with a name. Raises UndefinedName, with a similar name as a hint if there is one."""
         key = name if name in self.programs else key_of(name)
         if key not in self.programs:
             names = {other: stored.name for other, stored in self.programs.items()}
@@ -356,9 +367,10 @@ class Memory(Variables):
 
 
 class Context(Struct, frozen=True):
-    """The context of functions and instructions. `reactions`: the reactions of the task. `turn`: the steps left in the
-    task's turn, and the present operation, while its programs are suspended. `kept`: the arguments of a call that the
-    task must make, or the frames of a call that it must continue."""
+    """The objects that the functions and instructions of a task use. `environment`: variables and programs; `engine`:
+    the robot; `reactions`: the reactions of the task; `turn`: the number of steps left in the task's turn and the
+    number of the current operation, valid while the program is suspended; `kept`: data that a direct call leaves for
+    the task: the arguments of a call to make, or the frames of calls to continue."""
 
     environment: Memory
     engine: Engine
@@ -367,10 +379,11 @@ class Context(Struct, frozen=True):
     kept: list[Any] = field(default_factory=list)
 
     def break_off(self, result: int, left: int, frame: tuple[Any, ...]) -> int:
-        """Record the frame of a direct call that the task must continue. Return minus the steps left in the turn.
+        """Record the frame of a direct call that the task must continue. Return minus the number of steps left in the
+        turn.
 
-        `result`: the result of a call that the program has made; it is negative if that call has recorded a frame.
-        `left`: the steps left in the turn if `result` is 0.
+        `result`: 0 if the direct function itself stops; negative if a call made by it has recorded a frame and returned
+        this. `left`: the number of steps left if `result` is 0.
         """
         if not result:
             self.kept.clear()
@@ -378,35 +391,36 @@ class Context(Struct, frozen=True):
         return result or -left
 
     def task_call(self, name: str, site: int, left: int, result: int) -> CallProgram | BrokenOff:
-        """Return the event that makes the task carry out, or continue, a call. `result`: what the call returned, 0 or
-        negative."""
+        """Return the event that makes the task carry out a call (if `result` is 0) or continue it (if `result` is minus
+        the number of steps left). `left`: the number of steps left if `result` is 0."""
         kept, self.turn[0] = tuple(self.kept), -result or left
         self.kept.clear()
         return BrokenOff(kept) if result else CallProgram(name, kept, site)
 
     def reading_begins(self) -> None:
-        """Record that a step with GETC begins. If the step has to wait, it is repeated and reads the same characters
-        again."""
+        """Record that a step with GETC begins. If the step has to wait for input, it is repeated later, and must then
+        read the same characters again."""
         self.environment.system.begin_reading()
 
     def observes_at(self, op: int) -> None:
-        """Record which operation will read signals next."""
+        """Record the operation number `op` for the observer of signals: this operation is about to read signals."""
         self.environment.signals.place = op
 
     def fold_case(self, text: str) -> str:
-        """Return a string as comparisons use it: in upper case while the switch UPPER is on."""
+        """Return a string in the form used for comparisons: in upper case if the switch UPPER is on."""
         return text.upper() if self.engine.settings.switch("UPPER") else text
 
 
 class Definable(Struct, frozen=True):
-    """A location that an instruction defines: a variable, relative to the product of the names before it in `a:b:c`."""
+    """A location that an instruction defines. `reference`: the variable to assign, the c in `a:b:c`; `T_world_before`:
+    the pose a:b to which c is relative, None for a simple variable."""
 
     reference: Reference
     T_world_before: Transform | None = None
 
     def define(self, value: Transform | Joints) -> None:
-        """Assign the location. Raises TypeMismatch for a precision point in a compound, and for a name of another
-        kind."""
+        """Assign a value, so that the whole compound equals it. Raises TypeMismatch for a precision point in a
+        compound, or if the variable is of another kind."""
         if self.T_world_before is None:
             self.reference.assign(value)
         elif isinstance(value, Transform):
@@ -416,37 +430,38 @@ class Definable(Struct, frozen=True):
 
 
 class Wording(Struct, frozen=True):
-    """The parts of an instruction besides its operands. `text`: the instruction in canonical form; `value`: the value
-    after `=`."""
+    """The parts of an instruction besides its arguments. `text`: the instruction in canonical form; `value`: the value
+    after `=`; `stamp`: the time from AT or IN; `always`, `unit`: the modifiers (ALWAYS; MMPS, IPS or MONITOR)."""
 
     text: str
-    value: Any = None  # its kind is the one that the table of instructions requires
+    value: Any = None  # a value of the kind that the instruction's row in the word table requires
     stamp: Stamp | None = None
     always: bool = False
     unit: str | None = None
 
 
-# A function that carries out an instruction. It takes these operands (None for an omitted one; the last ones may be
-# missing) and returns the requests and effects for the driver, or None.
+# A function that carries out an instruction. It takes the context, the Wording and the values of the arguments (None
+# for an omitted one; omitted ones at the end may be missing), and returns the requests and effects to yield, or None.
 Handler = Callable[..., Iterable[Event] | None]
 
 
 def transform(place: Transform | Joints) -> Transform:
-    """Return a value that is a transformation. Raises TypeMismatch for a precision point."""
+    """Check that a location is a transformation and return it. Raises TypeMismatch for a precision point."""
     if not isinstance(place, Transform):
         raise errors.TypeMismatch("a precision point", "a transformation is wanted here")
     return place
 
 
 def checked_seconds(what: str, seconds: float) -> float:
-    """Return a duration. Raises IllegalValue if it is negative."""
+    """Check a duration [s] and return it. `what`: its name in the message. Raises IllegalValue if it is negative."""
     if seconds < 0.0:
         raise errors.IllegalValue(f"{what} of {plain(seconds)} seconds", "it must not be negative")
     return seconds
 
 
 def stamp_of(at: float | None, within: float | None) -> Stamp | None:
-    """Return the time stamp of a motion from `AT t` or `IN dt`. Raises IllegalValue for a negative time."""
+    """Return the time stamp of a motion from the value of AT or IN [s], or None if both are None. Raises IllegalValue
+    for a negative time."""
     seconds = within if at is None else at
     if seconds is None:
         return None

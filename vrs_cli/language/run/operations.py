@@ -1,7 +1,7 @@
-"""Define the functions of the language, and the tables in which programs find them.
+"""Define the functions of VAL-II (SIN, TRANS, $MID ...), and the tables in which compiled programs find them.
 
-Arguments and results are in millimetres and degrees; internal values are in metres and radians. An omitted argument is
-None. Sources: V+ Language Reference; val2 section 5.
+Arguments and results that are numbers are in millimetres and degrees; transformations and joint positions are in metres
+and radians. An omitted argument is None. Sources: V+ Language Reference; val2 section 5.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ def square_root(x: float) -> float:
 _SINES: tuple[Callable[[float], float], ...] = (sin, cos, lambda x: -sin(x), lambda x: -cos(x))
 
 
-HALF_RIGHT_ANGLE = math.nextafter(45.0, 0.0)  # [deg] `quadrant` rounds this and larger angles up to 90
+HALF_RIGHT_ANGLE = math.nextafter(45.0, 0.0)  # [deg] from this angle on, `values.quadrant` rounds up to a right angle
 DEGREE = math.pi / 180.0
 
 
 def sine(angle: float) -> float:
-    """Return the sine of an angle [degrees], exact at multiples of a right angle. It equals the result of
-    `values.quadrant`, but is faster."""
+    """Return the sine of an angle [degrees], exact at multiples of a right angle. The result is the same as with
+    `values.quadrant` (see `cosine`), but is computed faster."""
     turned = fmod(angle, 360.0)
     positive = turned if turned >= 0.0 else -turned
     if positive < HALF_RIGHT_ANGLE:
@@ -76,8 +76,8 @@ def tangent(angle: float) -> float:
 
 
 def modulo(a: float, b: float) -> float:
-    """Return `a MOD b`, with both operands rounded to integers; the result has the sign of a. Raises ArithmeticOverflow
-    for b = 0."""
+    """Return `a MOD b` for operands rounded to integers; the result has the sign of a. Raises ArithmeticOverflow if b
+    is 0."""
     dividend, divisor = values.integer(a), values.integer(b)
     if divisor == 0:
         raise ArithmeticOverflow(f"{values.plain(a)} MOD {values.plain(b)}", "the divisor is 0")
@@ -85,8 +85,8 @@ def modulo(a: float, b: float) -> float:
 
 
 def power(a: float, b: float) -> float:
-    """Return `a ** b`. Raises ArithmeticOverflow if the result is too large, IllegalValue for the root of a negative
-    number."""
+    """Return `a ** b`. Raises ArithmeticOverflow if the result is too large, IllegalValue if a is negative and b is not
+    a whole number."""
     if a < 0.0 and b != math.trunc(b):
         raise IllegalValue(f"{values.plain(a)} ** {values.plain(b)}", "a negative number has whole powers only")
     try:
@@ -97,7 +97,7 @@ def power(a: float, b: float) -> float:
 
 # --- bits --------------------------------------------------------------------------------------------------------
 
-_BCD_DIGITS = 6  # a digit has four bits, and a number 24
+_BCD_DIGITS = 6  # maximum number of decimal digits in BCD: four bits each, in a number of 24 bits
 
 
 def from_bcd(x: float) -> float:
@@ -119,7 +119,7 @@ def signals_on(context: Context, *numbers: float) -> float:
 # --- locations ---------------------------------------------------------------------------------------------------
 
 
-NULL_ANGLES = (90.0, -90.0, 0.0)  # the angles O, A, T of the identity (val2 section 6.2)
+NULL_ANGLES = (90.0, -90.0, 0.0)  # [deg] the angles O, A, T of the identity transformation (val2 section 6.2)
 
 
 def _or(number: float | None, default: float) -> float:
@@ -130,7 +130,7 @@ def trans(*numbers: float | None) -> transform.Transform:
     x, y, z = (_or(number, 0.0) / 1000.0 for number in numbers[:3])
     angles = numbers[3:]
     if all(angle is None for angle in angles):
-        return transform.translation(x, y, z)  # exact, without the rounding errors of two right angles
+        return transform.translation(x, y, z)  # avoids the rounding errors of the default angles 90 and -90
     o, a, t = map(_or, angles, NULL_ANGLES)
     return transform.from_oat(x, y, z, radians(o), radians(a), radians(t))
 
@@ -193,7 +193,8 @@ def middle(text: str, first: float, count: float | None) -> str:
 
 
 def decode(source: Reference, separators: str, mode: float | None) -> str:
-    """Remove from a string the part before a separator (or the leading separators), and return that part."""
+    """Remove the part before the first separator (if `mode` is above 0: the leading separators) from a string variable,
+    and return the removed part ($DECODE)."""
     text = source.value()
     assert isinstance(text, str)
     wanted = values.whole(_or(mode, 0.0)) > 0
@@ -203,7 +204,8 @@ def decode(source: Reference, separators: str, mode: float | None) -> str:
 
 
 def packer(code: str, low: float, high: float) -> Callable[[float], str]:
-    """Return a function that packs a number in a big-endian binary form, with one character for each byte."""
+    """Return a function that packs a number in big-endian binary, with one character for each byte. `code`: the code of
+    the form in Python's `struct`; `low`, `high`: the range of the number."""
 
     def pack(x: float) -> str:
         if not low <= x <= high:
@@ -214,8 +216,8 @@ def packer(code: str, low: float, high: float) -> Callable[[float], str]:
 
 
 def _numbers_in(text: str, first: float | None, code: str) -> tuple[float, ...]:
-    """Unpack the numbers of a big-endian binary form from the character `first` on. Raises IllegalValue for invalid
-    bytes."""
+    """Unpack big-endian binary numbers from a string, beginning with the character number `first` (from 1; default 1).
+    `code`: the code of the form in Python's `struct`. Raises IllegalValue for missing or invalid bytes."""
     start, size = values.whole(_or(first, 1.0)) - 1, struct.calcsize(f">{code}")
     piece = text[start : start + size] if start >= 0 else ""
     if len(piece) < size:
@@ -227,25 +229,27 @@ def _numbers_in(text: str, first: float | None, code: str) -> tuple[float, ...]:
 
 
 def location_bytes(T: transform.Transform) -> str:
-    """Pack the axes and the position [mm] of a transformation as single-precision numbers (V+ Language Reference)."""
+    """Pack the axes and the position [mm] of a transformation as 12 single-precision numbers ($TRANSB, V+ Language
+    Reference)."""
     axes = (number for column in range(3) for number in T[column::4])
     return struct.pack(">12f", *axes, *map(values.millimetres, transform.position(T))).decode("latin-1")
 
 
-PIECE = 128  # number of characters in an array element for PACK and $UNPACK, which treat the array as one long string
+PIECE = 128  # number of characters in each array element for PACK and $UNPACK, which use the array as one long string
 
 
 def unpack(array: Reference, first: float, count: float) -> str:
-    """Return `count` characters of a string array from the character `first` on (counted from 1 in the given element).
-    The text may continue in the next element; each element has 128 characters."""
+    """Return `count` characters from an array of strings, used as one long string with 128 characters in each element
+    ($UNPACK). `array`: the element where the long string begins; `first`: the number of the first character, from
+    1."""
     pieces, at, size = _stretch(array, first, count)
     text = "".join(str(piece.value()).ljust(PIECE, "\0") if piece.has_value() else "" for piece in pieces)
     return text[at : at + size].rstrip("\0")
 
 
 def pack(array: Reference, first: float, count: float, text: str) -> None:
-    """Write a text to the `count` characters that `unpack` would read. If the text is shorter, zero characters fill the
-    rest."""
+    """Replace the `count` characters that `unpack` would return by a text (PACK). If the text is shorter, NUL
+    characters fill the rest."""
     pieces, at, size = _stretch(array, first, count)
     old = "".join((str(piece.value()) if piece.has_value() else "").ljust(PIECE, "\0") for piece in pieces)
     new = old[:at] + text[:size].ljust(size, "\0") + old[at + size :]
@@ -255,22 +259,24 @@ def pack(array: Reference, first: float, count: float, text: str) -> None:
 
 
 def _stretch(array: Reference, first: float, count: float) -> tuple[list[Reference], int, int]:
-    """Return the two array elements that hold the characters, the index of the first character, and the number of
-    characters."""
+    """Return the two array elements over which the characters for PACK or $UNPACK may extend, the index of the first
+    character in them, and the number of characters."""
     size = values.integer_between(count, 0, PIECE, "a number of characters of")
     start = _from_one(first, "an array") - 1
     return [element(array, start // PIECE + k) for k in (0, 1)], start % PIECE, size
 
 
 def _from_one(number: float, what: str) -> int:
-    """Return a character's number in a text, counted from 1. Raises IllegalValue below 1."""
+    """Return the number of a character (from 1) as an integer. `what`: the name of the text in the message. Raises
+    IllegalValue if it is below 1."""
     if (place := values.whole(number)) < 1:
         raise IllegalValue(f"character {place} of {what}", "characters count from 1")
     return place
 
 
 def element(first: Reference, offset: int) -> Reference:
-    """Return the array element that is `offset` indexes after `first`. Raises TypeMismatch for a simple variable."""
+    """Return a reference to the array element whose index is `offset` above that of `first`. Raises TypeMismatch if
+    `first` is not an element with one index."""
     if not isinstance(first.key, int):
         raise TypeMismatch(first.name, "an element of an array with one index is wanted: $a[1]")
     return first._replace(key=first.key + offset)
@@ -278,12 +284,13 @@ def element(first: Reference, offset: int) -> Reference:
 
 # --- the system --------------------------------------------------------------------------------------------------
 
-# The values of TASK(1, n), the state of a task. V+ Language Reference names the states; the numbers above 1 are ours.
+# Values of TASK(1, n), the state of a task. V+ Language Reference names the states; the numbers above 1 are our choice.
 IDLE, COMPLETED, FAILED, ABORTED, EXECUTING, PAUSED = range(6)
 
 
 def about_task(context: Context, select: float | None, task: float | None) -> float:
-    """Return the value of the function TASK for a task."""
+    """Return the value of the function TASK. `select`: 0 for the number of the calling task, 1 for the state of a task,
+    2 for its robot. Raises IllegalValue for another number."""
     which, system = values.whole(_or(select, 0.0)), context.environment.system
     asked = {0: lambda _: system.task(), 1: system.run_state, 2: system.robot_of}
     if which not in asked:
@@ -292,19 +299,19 @@ def about_task(context: Context, select: float | None, task: float | None) -> fl
 
 
 def _task(context: Context, number: float | None) -> int:
-    """Return the number of a task; if the argument is omitted, that of the present task."""
+    """Return the number of a task; if it is omitted (None), the number of the calling task."""
     return context.environment.system.task() if number is None else values.whole(number)
 
 
 def select_robot(device: str, mode: float | None) -> float:
-    """Return the value of the function SELECT: the number of the robot. Raises IllegalValue for another device."""
+    """Return the value of the function SELECT: the number of the robot. Raises IllegalValue for any other device."""
     if device != "ROBOT":
         raise IllegalValue(f"SELECT({device})", "there is one robot: SELECT(ROBOT)")
     values.integer_between(_or(mode, 0.0), -1, 0, "SELECT mode")
     return float(ROBOT_NUMBER)
 
 
-# The bits of the function CONFIG. V+ has such bits; their meanings are ours.
+# Bits in the value of the function CONFIG. V+ also returns the configuration as bits; their meanings are our choice.
 _CONFIGURATION_BITS: Mapping[Flag, int] = {Arm.RIGHTY: 1, Elbow.BELOW: 2, Wrist.FLIP: 4}
 
 
@@ -313,7 +320,7 @@ def configuration_bits(configuration: Configuration) -> int:
 
 
 def configuration_of(bits: float) -> Configuration:
-    """Return the configuration that these bits denote. Raises IllegalValue."""
+    """Convert the bits of CONFIG to a configuration. Raises IllegalValue for unknown bits."""
     number = values.integer_between(bits, 0, sum(_CONFIGURATION_BITS.values()), "configuration bits of")
     return Configuration.of(
         Arm.RIGHTY if number & _CONFIGURATION_BITS[Arm.RIGHTY] else Arm.LEFTY,
@@ -323,8 +330,8 @@ def configuration_of(bits: float) -> Configuration:
 
 
 def latched_place(context: Context, select: float | None) -> tuple[transform.Transform, Joints]:
-    """Return the value of LATCH or #PLATCH: the location or the joints at the latch signal. Raises UndefinedValue
-    before the signal."""
+    """Return the values of LATCH and #PLATCH: T_world_tool and the joint positions at the last latch signal. Raises
+    UndefinedValue before the first one."""
     values.integer_between(_or(select, 0.0), 0, 0, "LATCH")
     if (found := context.environment.system.latch()) is None:
         raise UndefinedValue("LATCH", "PARAMETER LATCH.SIGNAL names the signal, and it has not come yet")
@@ -332,31 +339,32 @@ def latched_place(context: Context, select: float | None) -> tuple[transform.Tra
 
 
 def present_configuration(context: Context, select: float | None) -> float:
-    """Return the value of CONFIG: the bits of the configuration, either now or at the end of all motions."""
+    """Return the value of CONFIG: the bits of the arm's configuration, now (`select` 0) or after all motions (1)."""
     engine, at_end = context.engine, values.integer_between(_or(select, 0.0), 0, 1, "CONFIG")
     place = engine.destination(engine.end) if at_end else engine.position()
     return float(configuration_bits(engine.arm.configuration(place.joints)))
 
 
 def free(which: float) -> float:
-    """Return the value of FREE(0): always 100, because the memory of a virtual controller does not run out."""
+    """Return the value of FREE(0), the free memory [%]: always 100 for a virtual controller. Raises IllegalValue for
+    other arguments."""
     if values.whole(which) == 0:
         return 100.0
     raise IllegalValue(f"FREE({values.plain(which)})", "0 the percentage of memory that is free")
 
 
 def io_status(context: Context, unit: float, mode: float | None) -> float:
-    """Return the value of IOSTAT: the status of the last operation (modes 0, 1, 3), or the length of the last record
-    (mode 2)."""
+    """Return the value of IOSTAT for a unit: the status of its last operation (modes 0, 1, 3), or the length of its
+    last record (mode 2) [characters]."""
     system, which = context.environment.system, values.integer_between(_or(mode, 0.0), 0, 3, "IOSTAT mode")
     number = checked_unit(unit)
     return float(system.record_length(number) if which == RECORD_LENGTH else system.unit_status(number))
 
 
-RECORD_LENGTH = 2  # the mode of IOSTAT that returns a length
+RECORD_LENGTH = 2  # mode in which IOSTAT returns the length of the last record
 
 
-# Messages that are not errors (V+ Language Reference, system messages).
+# Texts of message codes that are not errors (V+ Language Reference, system messages).
 MESSAGES = {
     1: "Success",
     3: "Program completed",
@@ -368,9 +376,10 @@ MESSAGES = {
 
 
 def message(code: int) -> str:
-    """Return the text of a message code; `Unknown error code n` for an unused code."""
+    """Return the text of a message code ($ERROR); for an unused code, "Unknown error code n"."""
     classes: list[type[VrsError]] = [VrsError]
-    # collected at each call, because errors may be added; of classes with the same code, the first is the base class
+    # collect the classes at each call, because modules loaded later add some; of classes with the same code, the text
+    # of the base class is used, which comes first
     for cls in classes:
         classes += cls.__subclasses__()
     texts = {cls.code: cls.text for cls in reversed(classes)}
@@ -378,7 +387,7 @@ def message(code: int) -> str:
 
 
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
-_FIRST_DAY = 1984  # the robot clock counts from this day, so that every run shows the same dates
+_FIRST_DAY = 1984  # year in which the robot clock starts (on 1 January), so that every run shows the same dates
 
 
 def clock_text(context: Context) -> str:
@@ -410,7 +419,8 @@ def test_and_set(variable: Reference, new: float) -> float:
 
 Evaluator = Callable[..., Value]
 
-# Functions by name. They take values, None for an omitted argument, and a Reference for a variable.
+# Functions of VAL-II by name. They take the values of their arguments (None for an omitted one), or a Reference where
+# the argument must be a variable.
 OF_VALUES: Mapping[str, Evaluator] = {
     "ABS": abs,
     "SIGN": lambda x: -1.0 if x < 0.0 else 1.0,
@@ -480,7 +490,7 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "$UNPACK": unpack,
 }
 
-# Functions that take the program's Context as their first argument.
+# Functions of VAL-II by name that also need the program's Context, as their first argument.
 IN_CONTEXT: Mapping[str, Evaluator] = {
     "RANDOM": lambda it: it.environment.random.random(),
     "INRANGE": lambda it, place: float(in_range(it.engine, place)),
@@ -507,7 +517,7 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "$TIME": clock_text,
     "STATUS": lambda it, name: float(it.environment.system.program_status(name)),
     "TASK": about_task,
-    "GET.EVENT": lambda it, task: float(it.environment.system.event(_task(it, task))),  # a task has only one event
+    "GET.EVENT": lambda it, task: float(it.environment.system.event(_task(it, task))),  # 1 if set; there is one event
     "CONFIG": present_configuration,
     "LATCH": lambda it, select: latched_place(it, select)[0],
     "#PLATCH": lambda it, select: latched_place(it, select)[1],

@@ -1,20 +1,21 @@
-"""Run programs as tasks, each with a stack of calls, cycles, and events for its driver.
+"""Run programs as tasks. A task has a stack of calls, runs the main program in cycles, and yields events to its driver.
 
-The module also runs lines of the prompt: instructions as tasks of one step, and the values of expressions.
+The module also carries out lines typed at the prompt: it runs an instruction as a task with one step, and evaluates
+expressions.
 
-A driver calls `resume` until an event says that the program has ended, and does what each event asks for:
+A driver calls `resume` until an event says that the program has ended, and carries out each event:
 
-    a request of values.commands   give it to the robot            Wait      resume when its condition is true
-    Type, Prompt                   use the terminal                Budget    nothing: do other work, then resume
+    a request of values.commands   pass it to the robot            Wait      resume when its condition is true
+    Type, Prompt                   use the terminal                Budget    do other work, then resume
     CycleBegins                    carry out its settings          Pause, Failed, Halt, Completed: the task has stopped
-    StartTask and the like         control other tasks, the robot
+    StartTask, AttachRobot ...     control other tasks, the robot
 
-A task reads no clock and moves nothing, so the same program gives the same events at any speed. After `Pause` and after
-`Failed`, `resume` continues with the next step (PROCEED); after `retry` it repeats the step (RETRY).
+A task reads no clock and moves nothing, so the same program yields the same events at any speed. After `Pause` or
+`Failed`, `resume` continues with the next step (PROCEED), or if `retry` was called, it repeats the step (RETRY).
 
-A task calls its reactions by itself: a driver reports changes of signals to `reactions.note_change`, and the task calls
-the reaction that is due between two steps. If a reaction becomes due while the task waits, the driver may call `react`:
-the task then asks for the same wait again after the reaction.
+The driver reports changes of signals to `reactions.note_change`, and the task itself calls reactions between two steps.
+If a reaction must be called while the driver is carrying out a wait, the driver may call `react`; after the reaction
+the task yields the same wait again.
 """
 
 from __future__ import annotations
@@ -81,20 +82,20 @@ from vrs_cli.values.results import ProgramFault
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
 
-MAX_CALL_DEPTH = 10_000  # maximum depth of nested calls
-MAX_CYCLES = 32767
-BUDGET = 10_000  # maximum number of steps before other work has a turn
+MAX_CALL_DEPTH = 10_000  # maximum depth of nested calls; above it, a program fails with StackOverflow
+MAX_CYCLES = 32767  # maximum number of cycles that EXECUTE accepts
+BUDGET = 10_000  # default number of steps in a turn, after which the task returns so that the driver can do other work
 _BUDGET, _LOOK_AROUND = Budget(), LookAround()
 
-Arguments = Sequence[Reference | Value | None]  # arguments of a program; None for an omitted argument
+Arguments = Sequence[Reference | Value | None]  # arguments of the main program; None for an omitted one
 
 
 class Task:
-    """A running program. It runs `cycles` times from the first step (for ever if negative); the first cycle starts at
-    `step` (from 1).
+    """A running program. It runs `cycles` times from its first step (without end if negative); only the first cycle
+    starts at `step` (from 1).
 
-    Arguments are values, or references to variables. Raises UndefinedName for an unknown program, ProgramNotExecutable,
-    ArgumentMismatch, IllegalValue.
+    `arguments`: values, or references to variables. Raises UndefinedName for an unknown program, ProgramNotExecutable
+    for one with errors, ArgumentMismatch, and IllegalValue for `cycles` or `step` out of range.
     """
 
     def __init__(
@@ -111,7 +112,7 @@ class Task:
         self._context = Context(environment, engine, self.reactions)
         stored = environment.program(program) if isinstance(program, str) else program
         main = self._check_allowed(stored if isinstance(stored, Executable) else environment.executable(stored))
-        # None when all cycles are completed, because the program may be deleted then
+        # set to None after the last cycle, so that a deleted program is freed
         self._main: Executable | None = main
         self._name = main.name
         self._arguments = tuple(
@@ -140,11 +141,11 @@ class Task:
     # for the driver
 
     def resume(self, answer: str | None = None, budget: int = BUDGET) -> Event:
-        """Run until the program requests something, or until `budget` steps have begun. `answer`: the line that Prompt
-        asked for.
+        """Run until the program yields an event, or until `budget` steps have been carried out, and return the event.
+        `answer`: the answer to the last event, such as the line that was read for Prompt.
 
-        With a budget of 1 the program runs in single steps: at each `Budget` event the step `step` has not begun. After
-        the end of the program, the last event is returned again.
+        With a budget of 1 the program runs in single steps; at each `Budget` event, `step` is the next step. After the
+        program has ended, each call returns its last event again.
         """
         self._answer, self._budget = answer, budget
         if not self.is_over:
@@ -152,22 +153,23 @@ class Task:
         return next(self._life)
 
     def throw(self, error: VrsError) -> Event:
-        """Make the present step fail with an error, because the driver could not carry out the last event."""
+        """Make the current step fail with an error, because the driver could not carry out the last event. Return the
+        next event."""
         self._thrown, self._budget = error, BUDGET
         return next(self._life)
 
     def react(self, waiting: Event, budget: int = BUDGET) -> Event:
-        """Call the reaction that is `due` before the driver has carried out the last event, `waiting`. The task yields
-        that event again after the reaction."""
+        """Call the reaction `reactions.due`, although the driver has not finished the last event, `waiting`. The task
+        yields this event again after the reaction."""
         self._held = waiting
         return self.resume(budget=budget)
 
     def end_cycles(self) -> None:
-        """Make the present cycle the last one (CYCLE.END)."""
+        """Make the current cycle the last one (CYCLE.END)."""
         self.cycles = self.cycles_done + 1
 
     def retry(self) -> None:
-        """Make `resume` repeat the step that failed or was interrupted."""
+        """Make the next `resume` repeat the step that failed or was interrupted."""
         self._again = True
 
     def abort(self) -> None:
@@ -176,54 +178,55 @@ class Task:
             self.state = TaskState.ABORTED
 
     def close(self) -> None:
-        """End the task for good. The task and its generator refer to each other, and a server never frees such old
-        cycles."""
+        """End the task, which can then not be resumed. This breaks the reference cycle between the task and its
+        generator, which a server would not free."""
         self._life.close()
 
     # for STATUS and messages
 
     @property
     def is_over(self) -> bool:
-        """Return whether the task has ended, so that it cannot continue."""
+        """Return whether the task has ended and cannot be resumed."""
         return self.was_broken_off or self.state in (TaskState.COMPLETED, TaskState.HALTED)
 
     @property
     def was_broken_off(self) -> bool:
         """Return whether an exception from outside (Ctrl-C) ended the task in the middle of a step."""
-        return cast(Any, self._life).gi_frame is None  # a generator that has ended has no frame
+        return cast(Any, self._life).gi_frame is None  # true once the generator has ended
 
     @property
     def between(self) -> bool:
-        """Return whether the task has stopped before the step `step`, which has not begun."""
+        """Return whether the task has stopped between two steps, so that the step `step` has not begun."""
         return bool(self._activations) and self._activations[-1].reached
 
     @property
     def program(self) -> str:
-        """Return the name of the running program: the main program, or a program that it has called."""
+        """Return the name of the innermost running program: the main program, or one that it has called."""
         return self._activations[-1].program.name if self._activations else self._name
 
     @property
     def step(self) -> int:
-        """Return the number of the running program's present step, from 1."""
+        """Return the number of the current step in the innermost running program, from 1."""
         return (self._activations[-1].step if self._activations else self._first_step) + 1
 
     @property
     def stack(self) -> tuple[tuple[str, int], ...]:
-        """Return the programs on the stack and their present steps (from 1), the main program first."""
+        """Return the names and the current step numbers (from 1) of the programs on the call stack, the main program
+        first."""
         return tuple((activation.program.name, activation.step + 1) for activation in self._activations)
 
     @property
     def own(self) -> Mapping[str, Reference]:
-        """Return the own variables of the running program, by key: its arguments, AUTO and LOCAL variables."""
+        """Return the parameters, AUTO and LOCAL variables of the innermost running program, by key."""
         return self._activations[-1].own if self._activations else {}
 
     def own_size(self) -> int:
-        """Return the number of array elements and string characters in the AUTO variables of all programs on the
-        stack."""
+        """Return the size of the AUTO variables of all programs on the call stack: the number of array elements plus
+        that of string characters."""
         return sum(one.size() for activation in self._activations for one in activation.automatic)
 
     def uses(self, program: str) -> bool:
-        """Return whether a program is on the stack and so cannot be changed."""
+        """Return whether a program is on the call stack, so that it must not be changed."""
         return any(activation.program.program.key == key_of(program) for activation in self._activations)
 
     @property
@@ -232,7 +235,8 @@ class Task:
         return activation.program.name, activation.op
 
     def place_of(self, op: int) -> str:
-        """Return the running program, and the step (from 1) and the text of one of its operations."""
+        """Return a text with the name of the innermost running program, and the step number (from 1) and text of its
+        operation `op`."""
         program = self._activations[-1].program
         step = program.compilation.lowered.ops[op].step
         return f"{program.name} step {step + 1}: {program.source(step)}"
@@ -243,13 +247,13 @@ class Task:
 
     @property
     def source(self) -> str:
-        """Return the text of the present step."""
+        """Return the text of the current step."""
         return self._activations[-1].program.source(self._activations[-1].step) if self._activations else ""
 
     # cycles
 
     def _cycles(self) -> Generator[Event, None, None]:
-        """Yield the events of all cycles, then the last event for ever."""
+        """Yield the events of all cycles, then ProgramCompleted repeatedly without end."""
         while self.cycles < 0 or self.cycles_done < self.cycles:
             if not self._activations:
                 self._begin()
@@ -257,17 +261,18 @@ class Task:
             yield from self._say(CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS))
             yield from self._whole_cycle()
             self.cycles_done += 1
-            self.steps_done += self.steps_done == begun  # so that an empty program lets other tasks have turns too
+            # count at least one step in each cycle, so that an empty program does not keep other tasks from running
+            self.steps_done += self.steps_done == begun
             self._activations.clear()
         self.state, self._main = TaskState.COMPLETED, None
         yield from repeat(ProgramCompleted(self.cycles_done))
 
     def _whole_cycle(self) -> Generator[Event, None, None]:
-        """Run to the end of the main program, where the robot comes to rest, and call the reactions that are due by
-        then."""
+        """Run the main program to its end, wait until the robot is at rest, and call the reactions that must be called
+        until then."""
         while True:
             yield from self._cycle()
-            # remove the calls and reactions that a STOP has left on the stack
+            # after a STOP, remove the calls and reactions above the main program from the call stack
             interruptions = [one.interruption for one in self._activations[1:] if one.interruption is not None]
             if interruptions:
                 self.reactions.priority = interruptions[0].priority
@@ -288,13 +293,15 @@ class Task:
         self.reactions.clear()
 
     def _check_allowed(self, program: Executable) -> Executable:
-        """Return the program. Raises ProgramNotExecutable if it has parts of V+ while VPLUS is off."""
+        """Check that a program may run, and return it. Raises ProgramNotExecutable if it uses V+ while the switch VPLUS
+        is off."""
         if not self._context.engine.settings.switch("VPLUS"):
             program.refuse_beyond_val2()
         return program
 
     def _say(self, event: Event) -> Generator[Event, None, None]:
-        """Yield an event. If the driver could not carry it out, yield that the step has failed."""
+        """Yield an event to the driver. If the driver reports by `throw` that it could not carry out the event, call
+        the REACTE routine or yield that the step has failed. Then set where the program continues."""
         yield event
         failed = isinstance(event, Failed)
         if self._thrown is not None:
@@ -314,7 +321,8 @@ class Task:
     # steps
 
     def _cycle(self) -> Generator[Event, None, None]:
-        """Run until the main program returns or a STOP ends the cycle. After a HALT, yield that event for ever."""
+        """Run until the main program returns or a STOP ends the cycle. After a HALT, yield its event repeatedly without
+        end."""
         while True:
             try:
                 event = self._advance()
@@ -353,7 +361,8 @@ class Task:
                 yield from self._say(event)
 
     def _end_reaction(self, interruption: Interruption, mended: bool) -> Generator[Event, None, None]:
-        """Continue the program that a reaction had interrupted, after the reaction has returned."""
+        """Return from a reaction to the program that it interrupted. `interruption`: the state of that program;
+        `mended`: whether to skip its failed step (RETURNE) rather than repeat it."""
         below = self._activations[-1]
         self.reactions.priority = interruption.priority
         if interruption.failed:
@@ -361,8 +370,8 @@ class Task:
             if mended:
                 below.skip()
                 return
-            # a step that is repeated at the same instant first waits one tick, so that a REACTE without effect cannot
-            # loop for ever
+            # wait one tick before the step is repeated at the same time again; a REACTE routine that does not remove
+            # the cause would otherwise loop forever without time passing
             if self._tried == (below, below.op, self._context.engine.now):
                 yield from self._say(Wait(at_once, 1))
             self._tried = (below, below.op, self._context.engine.now)
@@ -370,8 +379,8 @@ class Task:
             yield from self._say(interruption.waiting)
 
     def _reacts_to(self, error: VrsError) -> bool:
-        """Call the REACTE routine if there is one, its priority allows it, and the error is not a limit of the run.
-        Return whether it was called."""
+        """Call the REACTE routine, and return whether it was called. It is not called if there is none, if one is
+        already running, or if the error is a limit of the whole run (such as its time)."""
         program = self.reactions.on_error
         if program is None or self.reactions.priority >= OF_ERRORS or isinstance(error, LimitReached):
             return False
@@ -388,17 +397,17 @@ class Task:
         self.reactions.priority = priority
 
     def _advance(self) -> Event:
-        """Run the innermost program, and the programs that it calls, until one yields an event instead of an
-        operation's number.
+        """Run the innermost program, and the programs that it calls, until one yields an event or the number of steps
+        in the turn is used up. Return the event.
 
-        If a reaction is due, run only to the next step, and call the reaction. Raises UndefinedName if the reaction's
-        program is unknown.
+        If a reaction must be called, run only up to the next step and call the reaction there. Raises UndefinedName if
+        the program of the reaction is unknown.
         """
         activation = self._activations[-1]
         due = self.reactions.due if self.reactions.waiting else None
         if due is not None and (activation.between or self._held is not None):
-            # a reaction is called only once; its program sets it again by REACT, as in the example of the V+ Language
-            # User's Guide, pp. 125-126 (certain for V+, likely for VAL-II)
+            # a reaction is removed when it is called; its program must set it again with REACT, as in the example of
+            # the V+ Language User's Guide, pp. 125-126 (certain for V+, likely for VAL-II)
             self.reactions.ignore(due.signal)
             waiting, self._held = self._held, None
             self._interrupt(due.program, due.priority, Interruption(self.reactions.priority, waiting))
@@ -441,8 +450,9 @@ class Task:
             self._budget -= budget - left
 
     def _locate(self, error: BaseException) -> int:
-        """Find the operation in which an error occurred, and make it the present one. Return the number of steps left
-        in the turn."""
+        """Find the operation in which an error occurred from the traceback, and make it the current one. For each
+        direct call in the traceback, add an activation to the call stack. Return the number of steps left in the
+        turn."""
         (activation, left), trace, located = (self._activations[-1], self._context.turn[0]), error.__traceback__, False
         while trace is not None:
             code, op = trace.tb_frame.f_code, trace.tb_lineno - FIRST_LINE
@@ -465,8 +475,8 @@ class Task:
                 performed = activation.program.compilation.lowered.ops[op]
                 if not (isinstance(performed, Perform) and isinstance(performed.statement, ast.Instruction)):
                     known = trace.tb_frame.f_locals
-                    left = known.get("n", left)  # for an instruction the context has the number
-                    if not known.get("s", True):  # the steps of the whole run are counted already
+                    left = known.get("n", left)  # not for an instruction: before it, n is stored in the context
+                    if not known.get("s", True):  # if the steps of the whole run were counted, do not count later ones
                         left += activation.program.compilation.ordinary.following.get(op, 0)
             trace = trace.tb_next
         return left
@@ -478,20 +488,21 @@ class Task:
             program = self._environment.executable(self._environment.program(call.name))
         else:
             program = self._activations[-1].program.called(call.site, call.name)
-        if program.beyond_val2:  # `beyond_val2` is computed once; reading the switch at every call would cost more
+        if program.beyond_val2:  # test this first, because it is cached, while reading the switch VPLUS is slower
             self._check_allowed(program)
         entry = program.compilation.lowered.entries[0]
         self._activations.append(Activation(self._context, program, program.bind(call.arguments), entry))
 
     def fail(self, error: VrsError) -> Failed:
-        """Record that the present step has failed, or was ended from outside."""
+        """Set the task to failed, because its current step has failed or was ended from outside. Return the event that
+        reports this."""
         activation = self._activations[-1]
         program = activation.program.program
         span = program.steps[activation.step].span if program.steps else program.span
         statement = program.steps[activation.step].statement if program.steps else None
         types = isinstance(statement, ast.Instruction) and statement.word == "TYPE"
         if types and isinstance(error, UndefinedValue) and error.hint == value_given(error.detail):
-            error = error.reworded(hint=text_meant(error.detail))  # TYPE Hello: "Hello" may have been meant
+            error = error.reworded(hint=text_meant(error.detail))  # TYPE Hello: the user may have meant TYPE "Hello"
         self._environment.last_error = error.code
         self.state = TaskState.FAILED
         self.fault = ProgramFault(
@@ -508,11 +519,12 @@ class Task:
         return Failed(self.fault, error)
 
 
-# --- lines of the prompt ---------------------------------------------------------------------------------------------
+# --- lines typed at the prompt ---------------------------------------------------------------------------------------
 
 
 class _StepTask(Task):
-    """An instruction of the prompt: a program of one step that runs without a cycle."""
+    """An instruction typed at the prompt, run as a program with one step. It has no cycles, so it does not change
+    speeds and modes at its start."""
 
     def _cycles(self) -> Generator[Event, None, None]:
         yield from self._cycle()
@@ -521,8 +533,8 @@ class _StepTask(Task):
 
 
 def statement_task(environment: Environment, engine: Engine, statement: ast.Statement) -> Task:
-    """Return an instruction of the prompt as a task with one step; its program has no name. Raises ProgramNotExecutable
-    with the first mistake that the analyzer finds."""
+    """Return a task that carries out an instruction typed at the prompt, as a program with one step and no name. Raises
+    ProgramNotExecutable with the first mistake that the analyzer finds."""
     program = Program("", (), (Step(None, statement, None, span=statement.span),), None, span=statement.span)
     analysis = analyze(
         program, environment.kinds, {key: stored.program for key, stored in environment.programs.items()}
@@ -533,8 +545,8 @@ def statement_task(environment: Environment, engine: Engine, statement: ast.Stat
 
 
 class WatchedExpression:
-    """An expression of the prompt that is evaluated repeatedly. It is compiled once for each combination of kinds of
-    its variables."""
+    """An expression typed at the prompt that is evaluated repeatedly. It is compiled once for each combination of the
+    kinds that its variables have."""
 
     def __init__(self, environment: Environment, engine: Engine, expression: ast.Expression) -> None:
         self._context = Context(environment, engine)
@@ -543,8 +555,8 @@ class WatchedExpression:
         self._compiled: dict[tuple[object, ...], Callable[..., Value]] = {}
 
     def value(self, own: Mapping[str, Reference]) -> Value:
-        """Return the present value, of any kind. `own`: a program's own variables, which hide global ones. Raises
-        VrsError."""
+        """Return the current value, which may be of any kind. `own`: the parameters and private variables of a program
+        by key; they hide global variables. Raises VrsError."""
         used = {key: own[key] for key in self._keys if key in own}
         kinds = {key: kind for key in self._keys if (kind := self._kind(key, used.get(key))) is not None}
         sorts = (*used, None, *kinds.items())
@@ -559,21 +571,22 @@ class WatchedExpression:
 
 
 def evaluate(environment: Environment, engine: Engine, expression: ast.Expression) -> Value:
-    """Return the value of an expression of the prompt, of any kind. Raises VrsError."""
+    """Return the value (of any kind) of an expression typed at the prompt. Raises VrsError."""
     return WatchedExpression(environment, engine, expression).value({})
 
 
 def arguments_of(
     environment: Environment, engine: Engine, arguments: Iterable[ast.Expression | None]
 ) -> tuple[Reference | None, ...]:
-    """Return the arguments of EXECUTE at the prompt; variables are passed by reference, as in CALL. Raises VrsError."""
+    """Evaluate the arguments of EXECUTE at the prompt. Return a reference for each (None for an omitted one), so that
+    the program can change variables, as after CALL. Raises VrsError."""
     context, kinds = Context(environment, engine), environment.kinds
     given = (evaluator(methodcaller("given_to_call", argument), kinds)(context) for argument in arguments)
     return tuple(one if one is None else Reference(*one) for one in given)
 
 
 def definable(environment: Environment, engine: Engine, expression: ast.Expression) -> Definable:
-    """Return the location that HERE or POINT at the prompt defines: `a`, `#p`, `row[3]`, or the last name of `a:b`.
+    """Return the location that HERE or POINT at the prompt defines: `a`, `#p`, `row[3]`, or b in the compound `a:b`.
     Raises VrsError."""
     make = evaluator(lambda compiler: compiler.definable(expression), environment.kinds)
     return cast(Definable, make(Context(environment, engine)))

@@ -1,8 +1,9 @@
-"""Read and set digital signals: outputs 1.., inputs 1001.., internal (software) signals 2001... A negative number means
-the inverse.
+"""Read and set digital signals: outputs from 1, inputs from 1001, internal (software) signals from 2001. A negative
+number means the inverse: to test that the signal is off, or to turn it off.
 
-This module also defines the data that drives input signals: changes at known times, and the rules of a cell, by which
-inputs change some time after outputs (sensors, feeders, a camera with results in a table).
+This module also defines the data from which input signals change: changes at given times, and the rules of a cell (the
+robot's surroundings), by which inputs change some time after other signals, to imitate sensors, feeders, or a camera
+with results in a table.
 """
 
 from __future__ import annotations
@@ -26,16 +27,17 @@ if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
     from vrs_cli.trajectory.timeline import Timeline
 
-MAX_BITS = 32
-HALF_TICK = 0.5 * TICK  # [s] tolerance between the clock and the time grid of events
+MAX_BITS = 32  # maximum number of signals that BITS reads or sets at once
+HALF_TICK = 0.5 * TICK  # [s] tolerance for comparing the clock with the times of events, which are rounded to ticks
 
 
 class ComputedSignals(Struct, frozen=True):
-    """Input signals that the cell's sensors and rules derive from a timeline.
+    """Input signals that are computed from a timeline by the sensors and rules of the cell (the robot's surroundings).
 
-    `numbers`: the numbers of all these signals; `sensed`: the numbers of the signals that only sensors set. `state`
-    returns whether a signal is on at a time [s]. `next_change` returns the time of the first change between two times.
-    `changes` returns the signals that change at a time, with their new states.
+    `numbers`: the numbers of all these signals; `sensed`: the numbers of those that only sensors set.
+    `state(timeline, signal, t)`: whether a signal is on at time t [s]. `next_change(timeline, t, until)`: the time of
+    the first change between two times [s]. `changes(timeline, t)`: the signals that change at time t, with their new
+    states.
     """
 
     numbers: frozenset[int]
@@ -46,15 +48,17 @@ class ComputedSignals(Struct, frozen=True):
 
 
 class Signals:
-    """Digital signals: outputs 1.., inputs 1001.., internal (software) signals 2001... A negative number means the
-    inverse.
+    """The digital signals of a robot: outputs from 1, inputs from 1001, internal (software) signals from 2001. In
+    arguments a negative number means the inverse.
 
-    Outputs and inputs of a robot are on the timeline of its `engine`: reading returns the state at the present time of
-    the clock, and setting adds an event. Internal signals are variables, and so are all signals without a robot.
+    If there is an `engine`, outputs and inputs are on its timeline: reading returns the state at the current time of
+    the clock, and setting adds an event. Internal signals, and without an engine all signals, only have a current
+    state.
 
-    `listeners` are called with the number and the new state of each signal that changes as time passes, but not for
-    changes by UNDO or by another timeline. `names`: the names of signals, by number. `observer` is called with each
-    state that `observe` reads. `place`: the operation of the running program that is reading signals, if known.
+    `listeners`: functions called with the number and the new state of each signal that changes as time passes, but not
+    after UNDO or when another timeline is loaded. `names`: the names of signals, by number. `observer`: a function
+    called with the number and the state of each signal that `observe` reads. `place`: the number of the operation that
+    is reading signals, if known.
     """
 
     def __init__(self) -> None:
@@ -66,30 +70,31 @@ class Signals:
         self.place: int | None = None
         self._on: set[int] = set()
         self._changed: dict[int, float] = {}
-        # `_on` is valid on this timeline, from `_since` until just before `_until` [s]
+        # the signals in `_on` are on in this timeline, for times from `_since` until just before `_until` [s]
         self._timeline: Timeline | None = None
         self._book: object = None
         self._since, self._until = 0.0, -inf
 
     @property
     def cell_inputs(self) -> ComputedSignals | None:
-        """Return the inputs that the cell sets."""
+        """Return the inputs that sensors and rules of the cell set, or None if there are none."""
         return self._computed
 
     @cell_inputs.setter
     def cell_inputs(self, computed: ComputedSignals | None) -> None:
-        self._computed, self._timeline = computed, None  # None makes `follow_clock` read the states again
+        self._computed, self._timeline = computed, None  # None makes `follow_clock` compute all states again
 
     # --- reading ---
 
     def read(self, number: float) -> bool:
-        """Return whether a signal is on. Raises IllegalSignal."""
+        """Return whether a signal is on (for a negative number: off). Raises IllegalSignal."""
         signal = self._check_number(number)
         self.follow_clock()
         return (abs(signal) in self._on) is (signal > 0)
 
     def observe(self, number: float) -> bool:
-        """Read a signal for a program. Raises IllegalSignal."""
+        """Return whether a signal is on, like `read`, for a program, and report this to the observer. Raises
+        IllegalSignal."""
         state = self.read(number)
         if self.observer is not None:
             signal = round(number)
@@ -97,7 +102,7 @@ class Signals:
         return state
 
     def changes_now(self, signal: int) -> bool:
-        """Return whether a signal of the robot changed exactly at the present time."""
+        """Return whether a signal of the robot last changed exactly at the current time of the clock."""
         return self.engine is not None and self._changed.get(signal) == self.engine.now
 
     def exists(self, number: float) -> bool:
@@ -105,12 +110,13 @@ class Signals:
         return signal in OUTPUTS or signal in INPUTS or signal in INTERNAL
 
     def read_bits(self, first: float, count: float = 1.0) -> int:
-        """Read `count` signals for a program as a binary number; `first` is the lowest bit. Raises IllegalSignal,
-        IllegalValue."""
+        """Return the states of `count` consecutive signals as a binary number, for a program. `first`: the number of
+        the signal for the lowest bit. Raises IllegalSignal, IllegalValue."""
         return sum(self.observe(number) << bit for bit, number in enumerate(self._group(first, count)))
 
     def with_names(self, text: str) -> str:
-        """Return a text with the names of the signals whose numbers it contains: `SIG(1003) (1003 is part.there)`."""
+        """Return a text with the names of the signals whose numbers it contains added: `SIG(1003) (1003 is
+        part.there)`."""
         numbers = dict.fromkeys(int(digits) for digits in re.findall(r"\b[0-9]{1,4}\b", text)) if self.names else ()
         named = ", ".join(f"{number} is {self.names[number]}" for number in numbers if number in self.names)
         return f"{text} ({named})" if named else text
@@ -124,9 +130,9 @@ class Signals:
     # --- setting ---
 
     def write(self, *numbers: float, text: str = "", inputs: bool = False, stamp: Stamp | None = None) -> None:
-        """Switch signals on, or off for negative numbers. `inputs`: also allow input signals. `text`: the instruction.
-        `stamp`: the present time, for a change from outside that belongs to no command. Raises IllegalSignal,
-        FileError."""
+        """Turn signals on, or off for negative numbers. `text`: the text of the instruction; `inputs`: also allow
+        input signals; `stamp`: the current time, for a change from outside, which is not part of a command. Raises
+        IllegalSignal, FileError."""
         signals = [self._check_number(number) if inputs else self.writable(number) for number in numbers]
         self.follow_clock()
         after, changes = set(self._on), list[int]()
@@ -147,7 +153,8 @@ class Signals:
             self._until = self._next_after(self._timeline, self._since, inf)
 
     def request(self, numbers: Iterable[float], stamp: Stamp, text: str, *, inputs: bool = False) -> SetChannels:
-        """Return the request that makes the robot set signals at a time. Raises IllegalSignal."""
+        """Return the request to the robot that sets signals at the time `stamp`. `text`: the text of the instruction;
+        `inputs`: also allow input signals. Raises IllegalSignal."""
         signals = [self._check_number(number) if inputs else self.writable(number) for number in numbers]
         for signal in signals:
             if abs(signal) in INTERNAL:
@@ -156,7 +163,8 @@ class Signals:
         return SetChannels(_values(signals), stamp, text)
 
     def writable(self, number: float) -> int:
-        """Return the number of a signal that a program may set. Raises IllegalSignal for other signals."""
+        """Return the number of a signal that a program may set, as an integer. Raises IllegalSignal for inputs and
+        unknown signals."""
         signal = self._check_number(number)
         if abs(signal) in INPUTS:
             raise IllegalSignal(str(signal), "an input cannot be set by a program")
@@ -166,20 +174,22 @@ class Signals:
         self.write(*(-number for number in self.on if number in OUTPUTS), text=text)
 
     def reset_request(self, stamp: Stamp, text: str) -> SetChannels:
-        """Return the request that makes the robot switch off, at a time, all outputs that are ever on."""
+        """Return the request to the robot that turns off, at the time `stamp`, all outputs that the timeline contains.
+        `text`: the text of the instruction."""
         numbers = self._on if self.engine is None else self.engine.timeline.channels
         return self.request([-number for number in sorted(numbers) if number in OUTPUTS], stamp, text)
 
     def write_bits(self, first: float, count: float, value: int, text: str = "") -> None:
-        """Set `count` signals to the lowest bits of `value`. Raises IllegalSignal, IllegalValue."""
+        """Set `count` consecutive signals to the lowest bits of `value`. `first`: the number of the signal for the
+        lowest bit; `text`: the text of the instruction. Raises IllegalSignal, IllegalValue."""
         group = enumerate(self._group(first, count))
         self.write(*(number if value >> bit & 1 else -number for bit, number in group), text=text)
 
     # --- the timeline ---
 
     def follow_clock(self) -> float:
-        """Read the states at the present time from the timeline. Return the time of the next event or computed change
-        [s], infinity if there is none."""
+        """Update the states to the current time of the clock. Return the time of the next event or computed change [s],
+        infinity if there is none."""
         engine = self.engine
         if engine is None:
             return inf
@@ -200,7 +210,8 @@ class Signals:
         return self._until
 
     def _next_after(self, timeline: Timeline, t: float, until: float) -> float:
-        """Return the time of the next event or computed change after `t` [s], infinity if there is none."""
+        """Return the time of the first event or computed change after `t` [s], infinity if there is none. `until`: the
+        time up to which computed changes matter [s]."""
         event = timeline.event_after(t)
         first = inf if event is None else event.time
         return (
@@ -210,8 +221,8 @@ class Signals:
         )
 
     def _change_at(self, timeline: Timeline, t: float) -> None:
-        """Set the signals to their states on the timeline at a time: first signals with events, then computed
-        signals."""
+        """Set all signals that change on the timeline at time `t` [s] to their new states: first those with events,
+        then the computed ones."""
         computed = self.cell_inputs
         for event in timeline.events_between(t, t):
             follows = computed is not None and event.channel in computed.numbers
@@ -221,8 +232,8 @@ class Signals:
             self._put(number, on)
 
     def keep_states(self) -> None:
-        """Keep the present states although the timeline is new, because it differs from the old one only by an
-        observation."""
+        """Keep the current states although the timeline is new, because it only differs from the old one by a record
+        that a program has read a value."""
         if self.engine is not None:
             self._timeline = self.engine.timeline
 
@@ -235,7 +246,8 @@ class Signals:
         return tuple(one for one in sorted(numbers) if self.on_at(one, t))
 
     def computed_states(self) -> tuple[int, ...]:
-        """Return the numbers of the inputs that the cell sets; a number is negative if the input is off."""
+        """Return the numbers of the inputs that sensors and rules of the cell set; negative for inputs that are now
+        off."""
         self.follow_clock()
         numbers = () if self.cell_inputs is None else sorted(self.cell_inputs.numbers)
         return tuple(number if number in self._on else -number for number in numbers)
@@ -249,7 +261,7 @@ class Signals:
         return timeline.value_at(signal, t) > 0.0
 
     def check_not_sensed(self, numbers: Iterable[float]) -> None:
-        """Raise IllegalSignal for an input that a sensor of the cell sets."""
+        """Raise IllegalSignal if one of the numbers is an input that a sensor of the cell sets."""
         for number in numbers:
             if self.cell_inputs is not None and abs(round(number)) in self.cell_inputs.sensed:
                 raise IllegalSignal(plain(number), "a sensor of the cell sets it")
@@ -284,7 +296,8 @@ class Signals:
 
 
 def _values(signals: Iterable[int]) -> tuple[tuple[int, float], ...]:
-    """Return the channel number and the value of each signal; a negative signal number switches the signal off."""
+    """Return (channel, value) pairs for the timeline: value 1.0 for a positive signal number, 0.0 for a negative
+    one."""
     return tuple((abs(signal), float(signal > 0)) for signal in signals)
 
 
@@ -292,8 +305,9 @@ def _values(signals: Iterable[int]) -> tuple[tuple[int, float], ...]:
 
 
 class InputChange(Struct, frozen=True):
-    """A change at `time` [s] of the robot's clock: a signal goes on or off (0 for no signal), and variables get
-    `values`."""
+    """A change of an input signal, of variables, or of both, from outside. `time`: the time of the robot's clock [s];
+    `signal`: the number of the signal, 0 for none; `on`: its new state; `values`: the new values of variables, by
+    name."""
 
     time: float
     signal: int
@@ -302,14 +316,15 @@ class InputChange(Struct, frozen=True):
 
 
 class Inputs(Struct, frozen=True):
-    """Future changes of input signals, sorted by time."""
+    """Changes of input signals at known times. `changes`: all changes, sorted by time; `done`: how many have
+    happened."""
 
     changes: tuple[InputChange, ...] = ()
     done: int = 0
 
     @classmethod
     def of(cls, changes: Iterable[InputChange]) -> Inputs:
-        """Sort changes by time; changes at the same time keep their order."""
+        """Return an Inputs with the changes sorted by time; changes at the same time keep their order."""
         return cls(tuple(sorted(changes, key=lambda change: change.time)))
 
     @property
@@ -325,14 +340,14 @@ class Inputs(Struct, frozen=True):
         return Inputs(tuple(structs.replace(change, time=change.time + seconds) for change in self.left))
 
     def take_until(self, now: float) -> tuple[tuple[InputChange, ...], Inputs]:
-        """Return the changes up to `now`, and the remaining ones."""
+        """Return the changes up to the time `now` [s], and the Inputs that remain."""
         done = self.done
         while done < len(self.changes) and self.changes[done].time <= now:
             done += 1
         return self.changes[self.done : done], Inputs(self.changes, done)
 
     def with_more(self, changes: Iterable[InputChange]) -> Inputs:
-        """Add changes. Changes at the same time as known ones come after them."""
+        """Return an Inputs with further changes. A new change comes after older ones of the same time."""
         return Inputs.of((*self.left, *changes))
 
 
@@ -340,11 +355,11 @@ NO_INPUTS = Inputs()
 
 
 class Follow(Struct, frozen=True):
-    """A rule of a cell: when one signal gets a state, another signal gets a state `after` seconds later, and the
-    opposite state `lasting` seconds after that.
+    """A rule of a cell: when the signal `when` turns on, the signal `sets` (None: no signal) is turned on `after`
+    seconds later, and off `lasting` seconds after that (None: it stays on).
 
-    Negative signal numbers mean off. `rows`: each time, the `variables` get the values of the next row. After the last
-    row the rule does nothing more, or (with `again`) starts again with the first row.
+    Negative signal numbers exchange on and off. `variables`: names of variables that get the values of the next row in
+    `rows` each time. After the last row the rule does nothing more, or if `again`, it starts again with the first row.
     """
 
     when: int
@@ -357,14 +372,15 @@ class Follow(Struct, frozen=True):
 
 
 class Cell(Struct, frozen=True):
-    """The environment of a robot. `names`: the names of signals, by number. `scene`: the bodies and sensors."""
+    """The surroundings of a robot. `names`: the names of signals, by number; `follows`: the rules between signals;
+    `scene`: the parts, fixtures and sensors."""
 
     names: Mapping[int, str] = {}
     follows: tuple[Follow, ...] = ()
     scene: CellScene = NO_SCENE
 
     def fill(self, variables: Variables) -> None:
-        """Assign the first row of each table of the cell to the table's variables that have no value."""
+        """Assign the first row of each rule's table to the variables of the rule that have no value."""
         for follow in self.follows:
             for name, value in zip(follow.variables, *follow.rows[:1], strict=True):
                 one = variables.reference(name)
@@ -376,14 +392,15 @@ NO_CELL = Cell()
 
 
 class LivingCell:
-    """A cell while programs run, with the number of rows used so far in each table."""
+    """A cell while programs run. It counts the rows that each rule has used."""
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
         self._used = [0] * len(cell.follows)
 
     def answers(self, signal: int, on: bool, now: float) -> Iterator[InputChange]:
-        """Yield the changes that the rules of the cell cause after a change of a signal."""
+        """Yield the changes that the rules of the cell cause when a signal changes. `on`: its new state; `now`: the
+        time of the change [s]."""
         number = signal if on else -signal
         for place, follow in enumerate(self.cell.follows):
             used, values = self._used[place], dict[str, Value]()

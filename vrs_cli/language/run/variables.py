@@ -1,8 +1,8 @@
-"""Store the variables of a robot by name. All variables are global unless a program declares its own.
+"""Store the variables of a robot by name. All variables are global unless a program declares private ones.
 
-Variables are stored in cells of one kind: dictionaries that compiled programs read and write directly. Two rules always
-hold: a bare name is either a real or a transformation, never both; and a missing cell means an undefined variable, so
-that reading it raises the error.
+The values are stored in `Cells`: dictionaries, each for values of one kind, which compiled programs read and write
+directly. Two rules always hold: a bare name is either a real or a transformation, never both; and a key that is missing
+is an undefined variable, so that reading it raises an error.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from vrs_cli.language.words.values import (
 from vrs_cli.values.numbers import Value
 
 Index = int | tuple[int, ...]
-Item = tuple[str, Index | None]  # the key of a variable, and the index if the item is an array element
+Item = tuple[str, Index | None]  # the key of a variable, and the index for an array element (otherwise None)
 
 OTHER_KIND = {Kind.REAL: Kind.LOCATION, Kind.LOCATION: Kind.REAL}
 
 
 def closest(key: str, names: Mapping[str, str]) -> str:
-    """Return `did you mean X?` for an unknown key, or "" if no key is similar. `names`: the spelling of each known
-    key."""
+    """Return `did you mean X?` for an unknown key, or "" if no known key is similar. `names`: the known keys with their
+    spelling."""
     near = nearest(key, names, 0.7)
     return f"did you mean {names[near]}?" if near else ""
 
@@ -47,12 +47,12 @@ def subscript(index: Index) -> str:
 
 
 class Cells(dict[str | Index, Value]):
-    """Values of one kind: all simple variables of the kind by key, or the elements of one `array` by index.
+    """Values of one kind: those of all simple variables of the kind by key, or of the elements of one array by index.
 
     Reading a missing value raises UndefinedValue, TypeMismatch or IllegalArrayIndex. `spelling`: the first spelling of
-    each name, by key. `others`: the cells of the other kind that a bare name can have. `omitted`: the form of the call,
-    if these are the cells of a parameter whose argument a CALL left out. `changed`: the set of changed variables, while
-    changes are recorded.
+    each name, by key. `array`: the key of the array, or None. `others`: for bare names, the cells of the other kind
+    (real or location). `omitted`: the form of the call, for the parameter of an argument that a CALL has omitted.
+    `changed`: the set in which changed variables are recorded, or None.
     """
 
     __slots__ = ("__weakref__", "array", "changed", "kind", "omitted", "others", "spelling")
@@ -64,11 +64,12 @@ class Cells(dict[str | Index, Value]):
         self.kind = kind
         self.array = array
         self.omitted = omitted
-        self.others: ref[Cells] | None = None  # a weak reference, because cycles would never be freed on a server
+        self.others: ref[Cells] | None = None  # a weak reference, because a server does not free reference cycles
         self.changed: set[Item] | None = None
 
     def note_changes(self, changed: set[Item] | None) -> None:
-        """Record every later change of a variable in the set `changed`; with None, stop recording."""
+        """Record every later change of a variable in the set `changed`, or stop recording if it is None."""
+        # change the class rather than test `changed` at each assignment, which would be slower
         self.changed = changed
         self.__class__ = Cells if changed is None else NotedCells
 
@@ -80,7 +81,7 @@ class Cells(dict[str | Index, Value]):
             rounded = self.round_indexes(key if isinstance(key, tuple) else (key,))
             exact: Index = rounded if len(rounded) > 1 else rounded[0]
             if key != exact:
-                return self[exact]  # compiled programs do not round the index of an element that they read
+                return self[exact]  # compiled programs leave it to this method to round the index of an element
             key = exact
         others = None if self.others is None else self.others()
         if others is not None and key in others:
@@ -94,11 +95,11 @@ class Cells(dict[str | Index, Value]):
         raise UndefinedValue(self.name(key), near or giving(self.name(key), self.kind) or value_given(self.name(key)))
 
     def take(self, values: Mapping[str | Index, Value]) -> None:
-        """Assign many values."""
+        """Assign many values, given by key."""
         self.update(values)
 
     def size(self) -> int:
-        """Return the number of array elements and of string characters."""
+        """Return the number of array elements plus the number of string characters."""
         elements = 0 if self.array is None else len(self)
         if self.kind is not Kind.STRING:
             return elements
@@ -112,30 +113,30 @@ class Cells(dict[str | Index, Value]):
         return f"{spelling}[{'' if isinstance(key, str) else subscript(key)}]"
 
     def deny(self, key: str | Index) -> NoReturn:
-        """Raise TypeMismatch for a bare name that exists as the other kind. Compiled programs also call this method."""
+        """Raise TypeMismatch, because the bare name exists with the other kind. (Compiled programs call this too.)"""
         other = OTHER_KIND[self.kind]
         raise TypeMismatch(f"{self.name(key)} is a {other.value}", f"a {self.kind.value} is wanted here")
 
     def index(self, index: float) -> int:
-        """Return the rounded index of an element that will be assigned. Raises IllegalArrayIndex for a negative
-        index."""
+        """Return the index of an array element, rounded to an integer, for an assignment. Raises IllegalArrayIndex if
+        it is negative."""
         return int(index + 0.5) if index >= 0.0 else self.round_indexes((index,))[0]
 
     def round_indexes(self, indexes: Iterable[float]) -> tuple[int, ...]:
-        """Return indexes rounded to integers. Raises IllegalArrayIndex for a negative index."""
+        """Return indexes, rounded to integers. Raises IllegalArrayIndex if one is negative."""
         rounded = tuple(map(whole, indexes))
         if min(rounded) < 0:
             raise IllegalArrayIndex(self.name(rounded), "indexes begin at 0")
         return rounded
 
     def item(self, key: str | Index) -> Item:
-        """Return the variable or array element that a key of these cells denotes."""
+        """Convert a key of these cells to an Item, which also names the array."""
         return (str(key), None) if self.array is None else (self.array, cast(Index, key))
 
 
 class RealArgument(Cells):
-    """The cells of one real that a CALL passes by value. Creating them calls no Python code of ours, which is
-    faster."""
+    """The cells for one real that a CALL passes by value. They are created by `dict.__init__` without any code written
+    in Python, because calls must be fast."""
 
     __slots__ = ()
     spelling: Mapping[str, str] = {}
@@ -145,7 +146,8 @@ class RealArgument(Cells):
 
 
 class NotedCells(Cells):
-    """Cells that record which variables change. Writing to them is slower, so programs usually run on plain cells."""
+    """Cells that record which variables change. Cells become NotedCells only while changes are recorded, because
+    writing to NotedCells is slower."""
 
     __slots__ = ()
 
@@ -180,7 +182,7 @@ class NotedCells(Cells):
 def bare_cells(
     spelling: Mapping[str, str], array: str | None = None, omitted: str | None = None
 ) -> tuple[Cells, Cells]:
-    """Make the cells of the two kinds that a bare name can have: reals and transformations."""
+    """Return two linked cells for bare names: one for reals, one for transformations. `array`, `omitted`: see Cells."""
     reals = Cells(spelling, Kind.REAL, array, omitted)
     locations = Cells(spelling, Kind.LOCATION, array, omitted)
     reals.others, locations.others = ref(locations), ref(reals)
@@ -188,11 +190,11 @@ def bare_cells(
 
 
 class EmptyStrings(Cells):
-    """The value of an AUTO string or of an AUTO array of strings: empty until it is assigned.
+    """The cells of an AUTO string or an AUTO array of strings, whose values are "" until they are assigned.
 
     According to the V+ Language User's Guide (p. 110) such a variable has no value before an assignment. But the driver
-    for ROS that Adept published in 2012 works on controllers, although it uses elements of an AUTO array that it never
-    assigns. We follow that program, for AUTO strings only; probable.
+    for ROS that Adept published in 2012 works on real controllers, although it uses elements of an AUTO array that it
+    never assigns. So AUTO strings probably begin empty; other AUTO variables begin without a value.
     """
 
     __slots__ = ()
@@ -204,7 +206,8 @@ class EmptyStrings(Cells):
 
 
 class SubArray(Cells):
-    """Part of an array: the elements whose first indexes are `before`. Their keys here are the remaining indexes."""
+    """A part of an array: the elements whose first indexes are `before`. Their keys here are the remaining indexes;
+    reading and writing use the cells of the whole array."""
 
     __slots__ = ("_before", "_whole")
 
@@ -234,20 +237,22 @@ class SubArray(Cells):
         return sum(1 for _ in self)
 
     def name(self, key: str | Index) -> str:
-        """Return the name of an element as part of the whole array."""
+        """Return the name of an element in the whole array, with all its indexes."""
         if isinstance(key, str):
             return self._whole.name(self._before).replace("]", ",]")
         return self._whole.name(self._index(key))
 
 
-NO_CELLS = Cells({}, Kind.LOCATION)  # the cells of the other kind for a `#` or `$` name, which has one kind only
+NO_CELLS = Cells({}, Kind.LOCATION)  # always empty; used as `locations` of a `#` or `$` name, which has only one kind
 
 
 class Reference(NamedTuple):
-    """A reference to a variable, which can be passed on and assigned: an argument of CALL, HERE, PROMPT ...
+    """A reference to a variable or a whole array, through which it can be read and assigned: an argument of CALL, HERE,
+    PROMPT ...
 
-    `cells`: the cells of its kind. A bare name may have two kinds: then `cells` are the reals and `locations` the
-    transformations; for `#` and `$` names `locations` is empty. `key`: None for a whole array.
+    `cells`: the cells that may contain the variable; for a bare name, those of reals. `locations`: for a bare name, the
+    cells of transformations; for a `#` or `$` name, NO_CELLS. `key`: the key or index in the cells, None for a whole
+    array.
     """
 
     cells: Cells
@@ -265,13 +270,13 @@ class Reference(NamedTuple):
         return self.key in self.cells or self.key in self.locations
 
     def value(self) -> Value:
-        """Return the value, of any kind. Raises UndefinedValue."""
+        """Return the value, which may be of any kind. Raises UndefinedValue, or IllegalArrayIndex for a whole array."""
         key = self._cell()
         return self.locations[key] if key in self.locations else self.cells[key]
 
     def assign(self, value: Value) -> None:
-        """Assign a value. Raises TypeMismatch if the name exists as another kind, IllegalArrayIndex for a negative
-        index."""
+        """Assign a value. Raises TypeMismatch if the name cannot have its kind or exists with the other kind,
+        IllegalArrayIndex for a negative index."""
         key = self._cell()
         kind = kind_of_value(value)
         to_location = kind is Kind.LOCATION and self.cells.kind is Kind.REAL
@@ -286,13 +291,14 @@ class Reference(NamedTuple):
         mine[key] = storable(value) if isinstance(value, str) else value
 
     def row(self, *indexes: float) -> Reference:
-        """Return the part of an array whose first indexes are these: `a[i,]`. Raises IllegalArrayIndex."""
+        """Return a reference to the part of an array that has these first indexes: `a[i,]`. Raises
+        IllegalArrayIndex."""
         before = self.cells.round_indexes(indexes)
         locations = self.locations if self.locations is NO_CELLS else SubArray(self.locations, before)
         return Reference(SubArray(self.cells, before), locations, None)
 
     def size(self) -> int:
-        """Return the number of array elements and of string characters."""
+        """Return the number of array elements plus the number of string characters."""
         return self.cells.size() + self.locations.size()
 
     def _cell(self) -> str | Index:
@@ -301,7 +307,7 @@ class Reference(NamedTuple):
         return self.key
 
 
-# the fields of a Reference, in the form in which CALL passes an argument
+# the fields of a Reference as a plain tuple, which is how CALL passes an argument
 Given = tuple[Cells, Cells, str | Index | None]
 
 
@@ -314,8 +320,9 @@ def new_variable(
     automatic: bool = False,
     omitted: str | None = None,
 ) -> Reference:
-    """Make a variable without a value, in separate cells. A variable of `kind` REAL can become a transformation. An
-    `automatic` string is empty."""
+    """Return a reference to a new variable without a value, in cells of its own. `kind`: its kind; REAL also allows a
+    transformation. `array`: make an array; `automatic`: make an AUTO variable, whose strings begin empty; `omitted`:
+    see Cells."""
     name, place = (key, None) if array else (None, key)
     if automatic and kind is Kind.STRING:
         return Reference(EmptyStrings(spelling, kind, name), NO_CELLS, place)
@@ -325,15 +332,15 @@ def new_variable(
 
 
 class NamedValue(NamedTuple):
-    """A row of a listing: the name of a variable in its first spelling, with indexes, and its value."""
+    """A value as a row of a listing. `name`: the variable in its first spelling, with indexes."""
 
     name: str
     value: Value
 
 
 class Variables:
-    """Variables by key, and the first spelling of their names. `units`: the units of the joints. `kinds`: a live view
-    of the kind of each name that has a value, by key."""
+    """The variables of a robot. `units`: the units of its joints; `spelling`: the first spelling of each name, by key;
+    `kinds`: a live view of the kinds of all names that have a value, by key."""
 
     def __init__(self, units: JointUnits = TURNING) -> None:
         self.units = units
@@ -351,7 +358,8 @@ class Variables:
         self._changed: set[Item] | None = None
 
     def cells(self, kind: Kind, array: str | None = None) -> Cells:
-        """Return the simple variables of a kind, or the elements of one array (empty if the array has none yet)."""
+        """Return the cells of all simple variables of a kind, or of one array (created empty if it is new). `array`:
+        the key of the array, or None."""
         if array is None:
             return self._simple[kind]
         arrays = self._arrays[kind]
@@ -365,7 +373,8 @@ class Variables:
         return arrays[array]
 
     def note_changes(self, changed: set[Item] | None) -> None:
-        """Record every later change of a variable in the set `changed`. With None, stop recording, which is faster."""
+        """Record every later change of a variable in the set `changed`. With None, stop recording, which makes
+        assignments faster."""
         self._changed = changed
         for cells in self._all():
             cells.note_changes(changed)
@@ -376,8 +385,8 @@ class Variables:
             yield from self._arrays[kind].values()
 
     def reference(self, name: str, index: Index | None = None, *, array: bool = False) -> Reference:
-        """Return a reference to the variable with a name (as typed), to an element of an array, or with `array` to the
-        whole array."""
+        """Return a reference to a variable, to an array element (if there is an `index`), or to a whole array (if
+        `array` is True). `name`: the name as typed."""
         key = key_of(name)
         self.spelling.setdefault(key, name)
         kind = kind_of_name(key)
@@ -387,7 +396,7 @@ class Variables:
         return Reference(cells, locations, index if owner else key)
 
     def define(self, entry: Entry) -> None:
-        """Assign the value in a line of a .LOCATIONS, .REALS or .STRINGS section. Raises IllegalValue."""
+        """Assign the value that a line of a .LOCATIONS, .REALS or .STRINGS section gives. Raises IllegalValue."""
         value: Value | None = entry.text
         if value is None and entry.variable.sigil == "#":
             value = self.units.read(entry.numbers)
@@ -409,13 +418,14 @@ class Variables:
         return None
 
     def variables(self, kind: Kind) -> Iterator[NamedValue]:
-        """Yield every value of a kind, sorted by names and indexes, arrays element by element."""
+        """Yield all values of a kind, sorted by name and index; each array element is one value."""
         simple, arrays = self._named_by(kind)
         for key in sorted({*map(str, simple), *arrays}):
             yield from self._rows_named(kind, key)
 
     def first_variables(self, kind: Kind, most: int, begun: str = "") -> Iterator[NamedValue]:
-        """Yield the first rows of `variables` whose key begins with `begun`, at most `most`; only these are sorted."""
+        """Yield the first `most` rows of `variables` whose keys begin with `begun`. This is faster than `variables`,
+        because not all keys are sorted."""
         simple, arrays = self._named_by(kind)
         keys = [str(key) for key in (*simple, *(arrays - simple)) if str(key).startswith(begun)]
         rows = chain.from_iterable(self._rows_named(kind, key) for key in nsmallest(most, keys))
@@ -435,15 +445,15 @@ class Variables:
         return {cells.item(key): value for cells in self._all() for key, value in cells.items()}
 
     def put_back(self, item: Item, value: Value) -> None:
-        """Assign a value to a variable, even if the variable now has another kind. The item may contain the name as
-        typed."""
+        """Assign a value to a variable; if the variable has another kind, delete it first. `item` may have the name as
+        typed in place of the key."""
         key, index = item
         if self.kind_of(key) not in (None, kind_of_value(value)):
             self.delete(key)
         self.reference(key, index).assign(value)
 
     def take(self, other: Variables) -> None:
-        """Copy the values of other variables. They replace all values with the same names."""
+        """Copy all values from `other`. They replace values of the same names, also those of another kind."""
         self.spelling |= other.spelling | self.spelling
         for kind, rival in OTHER_KIND.items():
             for names in other._named_by(kind):
@@ -457,7 +467,7 @@ class Variables:
                     self.cells(kind, array).take(elements)
 
     def alone(self, key: str) -> Variables:
-        """Return a copy with one name only: the simple variables and arrays of all kinds with that name."""
+        """Return a copy that contains only one name: the simple variables and arrays with this key, of all kinds."""
         found = Variables(self.units)
         found.spelling[key] = self.spelling.get(key, key)
         for kind in kinds_of_name(key):
@@ -468,25 +478,26 @@ class Variables:
         return found
 
     def _named_by(self, kind: Kind) -> tuple[Set[str | Index], Set[str]]:
-        """Return the keys of the simple variables of a kind, and the keys of its arrays."""
+        """Return the keys of the simple variables of a kind, and those of the arrays that have elements."""
         return self._simple[kind].keys(), {array for array, cells in self._arrays[kind].items() if cells}
 
     def name_of(self, item: Item) -> str:
-        """Return the name of a variable as listings show it."""
+        """Return the name of a variable or array element as listings show it."""
         key, index = item
         spelled = self.spelling.get(key, key)
         return spelled if index is None else f"{spelled}[{subscript(index)}]"
 
     def count(self, kind: Kind | None = None) -> int:
-        """Return the number of values (of one kind, or of all); each array element counts."""
+        """Return the number of values of one kind, or of all kinds; each array element is one value."""
         return sum(map(len, self._all() if kind is None else chain((self._simple[kind],), self._arrays[kind].values())))
 
     def size(self) -> int:
-        """Return the number of elements in all arrays and of characters in all strings."""
+        """Return the number of all array elements plus the number of all string characters."""
         return sum(cells.size() for cells in self._all())
 
     def delete(self, name: str, index: Index | None = None) -> bool:
-        """Delete a variable and the array of the same name, or one element. Return whether anything was deleted."""
+        """Delete a variable and the array of the same name; or, if there is an `index`, one array element. Return
+        whether anything was deleted."""
         key = key_of(name)
         if self.kind_of(name) is None:
             return False
@@ -503,8 +514,8 @@ class Variables:
 
 
 class _Kinds(Mapping[str, Kind]):
-    """A view of the defined names and their kinds. It copies nothing, because a line of the prompt needs only a few of
-    the many names."""
+    """A mapping from the key of each variable with a value to its kind. It looks into the cells and copies nothing,
+    because a line typed at the prompt needs only a few of the many names."""
 
     def __init__(self, simple: Mapping[Kind, Cells], arrays: Mapping[Kind, Mapping[str, Cells]]) -> None:
         self._rows = tuple((kind, simple[kind], arrays[kind]) for kind in Kind)
@@ -515,8 +526,8 @@ class _Kinds(Mapping[str, Kind]):
                 return kind
         raise KeyError(key)
 
-    def __contains__(self, key: object) -> bool:  # a loop, because each line of the prompt looks up 15 names
-        for _, simple, arrays in self._rows:  # noqa: SIM110 - a generator would be called for each name
+    def __contains__(self, key: object) -> bool:  # must be fast: each line typed at the prompt looks up about 15 names
+        for _, simple, arrays in self._rows:  # noqa: SIM110 - any() with a generator would be slower
             if key in simple or arrays.get(key):  # type: ignore[call-overload]
                 return True
         return False
@@ -533,6 +544,6 @@ class _Kinds(Mapping[str, Kind]):
 
 
 def item_of(entry: Entry) -> Item:
-    """Return the variable or array element that a line of a section defines."""
+    """Return the variable or array element that a line in a section of variables defines."""
     indexes = tuple(whole(number.value) for number in entry.variable.indexes or () if isinstance(number, Number))
     return entry.variable.key, None if not indexes else indexes if len(indexes) > 1 else indexes[0]

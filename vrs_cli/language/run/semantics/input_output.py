@@ -1,5 +1,5 @@
-"""Carry out instructions that assign variables (SET, HERE, SHIFT, FRAME, DECOMPOSE, PACK), that use the terminal (TYPE,
-PROMPT), and that use units (ATTACH, FOPEN, READ, WRITE)."""
+"""Carry out instructions that assign variables (SET, HERE, SHIFT, FRAME, DECOMPOSE, PACK), use the terminal (TYPE,
+PROMPT), or use logical units (ATTACH, FOPEN, READ, WRITE)."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _set_frame(_context: Context, _it: Wording, target: Definable, *places: Tran
 
 
 def _shift(_context: Context, _it: Wording, target: Definable, *distances: float | None) -> None:
-    """Shift a location. For a compound, only the last name changes; its numbers are relative to the names before it."""
+    """Shift a location. In a compound `a:b`, the variable b changes, by distances along the axes of a."""
     reference = target.reference
     T = reference.value()
     if not isinstance(T, Transform):
@@ -60,8 +60,8 @@ def _joints_here(context: Context, _it: Wording, *targets: Reference | None) -> 
 
 
 def _decompose(context: Context, it: Wording, first: Reference) -> None:
-    """Assign X, Y, Z, O, A, T of a transformation, or the joints of a precision point, to array elements, starting at
-    the given one."""
+    """Assign the numbers X, Y, Z, O, A, T of a transformation, or the joints of a precision point, to consecutive array
+    elements. `first`: the first of these elements."""
     if isinstance(first.key, str | tuple):
         raise TypeMismatch(first.name, "DECOMPOSE wants an element of an array with one index: a[1]")
     for offset, number in enumerate(numbers_of(it.value, context.environment.units)):
@@ -94,14 +94,15 @@ def _solve_place(context: Context, it: Wording, target: Definable, error: Refere
 
 
 def _joints_from(context: Context, array: Reference) -> Joints:
-    """Return the joints that the elements of an array give. Raises UndefinedValue if an element has no value."""
+    """Return the joint positions that are stored in consecutive array elements. Raises UndefinedValue if an element has
+    no value."""
     first, count = _beginning(array), context.engine.model.joint_count
     values = [element(first, offset).value() for offset in range(count)]
     return context.environment.units.read(value for value in values if isinstance(value, float))
 
 
 def _beginning(array: Reference) -> Reference:
-    """Return element 0 if the whole array is given, otherwise the given element."""
+    """Return a reference to element 0 of a whole array; return a reference to an element unchanged."""
     return array._replace(key=0) if array.key is None else array
 
 
@@ -116,8 +117,8 @@ _BETWEEN = re.compile(r"\s*,\s*|\s+")
 
 
 def _entries(line: str, kinds: list[Kind]) -> list[Value] | VrsError:
-    """Return the values in a line for variables of these kinds, or the mistake in the line. A single variable gets the
-    whole line; several values are separated by commas or blanks. An empty field is 0."""
+    """Return the values in a line that was read for PROMPT, one for each kind, or the mistake in the line. For a single
+    variable the whole line is the value; several values are separated by commas or blanks. An empty field is 0."""
     fields = [line] if len(kinds) == 1 else _BETWEEN.split(line.strip())
     if len(fields) > len(kinds):
         return IllegalValue(f"{len(fields)} values where {len(kinds)} are wanted")
@@ -131,7 +132,8 @@ def _entries(line: str, kinds: list[Kind]) -> list[Value] | VrsError:
 
 
 def _prompt(_context: Context, _it: Wording, *items: Reference | str) -> effects.Answers:
-    """Ask for a line until one can be read. The answer None counts as an empty line."""
+    """Ask for a line, repeatedly until it has no mistake, and assign its values. An answer of None (no input) is taken
+    as an empty line."""
     text = "".join(item for item in items if isinstance(item, str))
     targets = [item for item in items if isinstance(item, Reference)]
     values: list[Value] | VrsError | None = None
@@ -144,14 +146,14 @@ def _prompt(_context: Context, _it: Wording, *items: Reference | str) -> effects
         target.assign(value)
 
 
-Unit = Reference | float | None  # a variable, a number, or None (omitted), which means the robot
+Unit = Reference | float | None  # a unit as an operand: a variable, a number, or None if omitted (the robot)
 
 
 def _attach(
     _context: Context, _it: Wording, asked: Unit = None, mode: float | None = None, device: str | None = None
 ) -> effects.Answers:
-    """Attach a unit; without a number, attach the robot. In mode 4 the system chooses a unit, and stores its number in
-    the variable."""
+    """Attach a logical unit; without a number, attach the robot. In mode 4 the system chooses a free unit, whose number
+    is stored in the variable `asked`."""
     if integer_between(mode or 0.0, 0, effects.MODE_BITS, "ATTACH mode") & effects.CHOOSE:
         name = effects.checked_device(device, None)
         if not isinstance(asked, Reference):
@@ -189,8 +191,8 @@ def _write(
 def _read(
     context: Context, _it: Wording, number: float, handle: Unit, mode: float | None, *variables: Reference | None
 ) -> effects.Answers:
-    """Read one record and assign its values to the variables. If the record does not fit them, assign none and set the
-    unit's status. If `handle` is a variable, it gets the handle of the connection."""
+    """Read one record and assign its values to the variables. If the record does not fit them, assign nothing, and set
+    the status of the unit to an error. If `handle` is a variable, store the handle of the connection in it."""
     targets = [variable for variable in variables if variable is not None]
     unit, waits = effects.checked_unit(number), not whole(mode or 0.0) & effects.NO_WAIT
     line = yield effects.ReadRecord(unit, isinstance(handle, Reference), waits)
@@ -215,26 +217,26 @@ def _command(
     data: str | None = None,
     answer: Reference | None = None,
 ) -> effects.Answers:
-    """Send a command to a device (FCMND). The second text operand is a variable for the device's answer (eV+ keyword
-    reference, from memory; likely)."""
+    """Send a command to a device (FCMND). `answer`: the variable for the device's answer (probably so; eV+ keyword
+    reference, from memory)."""
     yield effects.CommandDevice(effects.checked_open(unit, "FCMND"), whole(command), data or "")
     if answer is not None:
-        answer.assign("")  # the answer to command 600, which is the only command
+        answer.assign("")  # no device gives an answer: 600 is the only command, and its answer is empty
 
 
 def _fopen(
     context: Context, _it: Wording, unit: float, mode: float | None, *items: TypeItem | None
 ) -> Iterable[effects.Event]:
-    """Open a device. The mode in a V+ program (16 for TCP) has no effect here, because the device determines it."""
+    """Open a device (FOPEN). The mode (16 for TCP in V+ programs) is ignored, because the device determines it."""
     whole(mode or 0.0)
     return (effects.OpenDevice(effects.checked_open(unit, "FOPEN"), encode(items, context.environment.units)[0]),)
 
 
 def _record(line: str, kinds: list[Kind]) -> list[Value]:
-    """Return a value from the line for each variable. The rest of the line is ignored, unless the last variable is a
-    string, which takes it all.
+    """Return the values in a line that was read for READ, one for each kind. If the last kind is a string, its value is
+    the whole rest of the line; otherwise the rest is ignored.
 
-    Raises InvalidNumber for a missing or wrong number, IllegalValue for a string that cannot be stored.
+    Raises InvalidNumber for a missing or wrong number, StringOverflow for a string that is too long to store.
     """
     if kinds == [Kind.STRING]:
         return [storable(line)]

@@ -1,6 +1,6 @@
-"""Carry out instructions: signals, timers and reactions; the end of a program or a cycle; tasks (EXECUTE, ABORT,
-events); motions (MOVE, APPRO, DRIVE ...); and settings of motions (SPEED, modes, configurations, the hand, TOOL, BASE,
-switches and parameters)."""
+"""Carry out instructions for signals, timers and reactions; for ending a program or a cycle; for tasks (EXECUTE, ABORT,
+events); for motions (MOVE, APPRO, DRIVE ...); and for settings of motions (SPEED, modes, configurations, the hand,
+TOOL, BASE, switches and parameters)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import INPUTS, TRUE, integer, integer_between, plain, whole
 from vrs_cli.values import commands
 
-MAX_SKIPPED_STEPS = 9999  # maximum number of steps that RETURN can skip
+MAX_SKIPPED_STEPS = 9999  # maximum number of steps that RETURN n can skip after the CALL
 
 # --- signals and reactions ---------------------------------------------------------------------------------------
 
@@ -95,7 +95,7 @@ def _run_signal(context: Context, _it: Wording, number: float) -> Iterable[effec
 
 
 def checked_task(number: float) -> int:
-    """Return the number of a task. Raises IllegalValue if there is no such task."""
+    """Return the number of a task as an integer. Raises IllegalValue unless it is from 0 to LAST_TASK."""
     return integer_between(number, 0, effects.LAST_TASK, "task")
 
 
@@ -109,7 +109,7 @@ def _start(
 ) -> Iterable[effects.Event]:
     number = None if task is None else checked_task(task)
     context.environment.program(call.name)
-    times = 1 if cycles is None else whole(cycles) or 1  # V+ programs write 0 for one cycle
+    times = 1 if cycles is None else whole(cycles) or 1  # 0 means one cycle, as V+ programs use it
     return (effects.StartTask(number, call, times, 1 if step is None else whole(step)),)
 
 
@@ -135,7 +135,8 @@ def _event(
 
 
 def _event_signal(context: Context, _it: Wording, number: float, level: float | None = None) -> Iterable[effects.Event]:
-    """Set the signal of INT.EVENT. `level` belongs to the bus of a real controller, and has no effect here."""
+    """Choose the input signal that sets the task's event (INT.EVENT). `level`: the interrupt level on the bus of a real
+    controller, which is checked but has no effect here."""
     integer_between(1.0 if level is None else level, 1, 2, "level")
     if whole(number) == 0:
         return (effects.EventSignal(None),)
@@ -180,14 +181,15 @@ TASKS: Mapping[str, Handler] = {
 def _move(
     straight: bool, _context: Context, it: Wording, place: Transform | Joints, hand: float | None = None
 ) -> Iterable[effects.Event]:
-    """Move to a location. A pneumatic hand opens for any number above 0 and for TRUE, and closes for other values."""
+    """Move to a location (MOVE, MOVES; MOVET and MOVEST also operate the hand). `hand`: a number above 0 or TRUE opens
+    the pneumatic hand, any other number closes it."""
     target = commands.PoseTarget(place) if isinstance(place, Transform) else commands.JointTarget(place)
     opening = None if hand is None else float(hand > 0.0 or hand == TRUE)
     return (commands.Move(target, straight, hand=opening, stamp=it.stamp, text=it.text),)
 
 
 def _back_off(distance: float) -> Transform:
-    """Return a displacement of `distance` [mm] in the direction of the tool's -Z axis."""
+    """Return the displacement by `distance` [mm] along the negative Z axis of the tool."""
     return translation(0.0, 0.0, -distance / 1000.0)
 
 
@@ -227,7 +229,7 @@ def _move_joints(context: Context, it: Wording, *values: float | None) -> Iterab
     return (commands.Move(commands.JointTarget(tuple(joints)), False, stamp=it.stamp, text=it.text),)
 
 
-ADDS, WORLD = 1, 2  # mask of all mode bits of ALTON
+ADDS, WORLD = 1, 2  # mode bits of ALTON: corrections add up; corrections are in world coordinates
 
 
 def _alter_on(
@@ -247,7 +249,7 @@ def _alter(
 
 # --- settings of motions -----------------------------------------------------------------------------------------
 
-LAST_PROFILE = 8  # highest profile number (V+ Language Reference Guide, ACCEL)
+LAST_PROFILE = 8  # highest number of an acceleration profile (V+ Language Reference Guide, ACCEL)
 
 
 def _speed(_context: Context, it: Wording, speed: float, rotation: float | None = None) -> Iterable[effects.Event]:
@@ -280,10 +282,10 @@ def _acceleration(
     acceleration: float | None = None,
     deceleration: float | None = None,
 ) -> Iterable[effects.Event]:
-    """Set the profile, the acceleration and the deceleration; omitted values do not change."""
+    """Set the acceleration profile, the acceleration and the deceleration [%] (ACCEL). Omitted values are not
+    changed."""
     if profile is not None:
-        # profile 0 is a square wave of acceleration; a profile that the robot does not define acts as profile 0 (V+
-        # Language Reference Guide, ACCEL)
+        # use profile 0 (constant acceleration) for a number that has no profile (V+ Language Reference Guide, ACCEL)
         names = dict(enumerate(one.name for one in Profile))
         number = integer_between(profile, 0, LAST_PROFILE, "a profile of")
         yield commands.SetParameter("PROFILE", names.get(number, names[0]))
@@ -295,7 +297,7 @@ def _acceleration(
 
 
 def _payload(context: Context, _it: Wording, percent: float | None = None, joint: float | None = None) -> None:
-    """Check the operands of PAYLOAD, which have no further effect: a virtual arm has no servo that uses them."""
+    """Check the operands of PAYLOAD. They have no effect, because a virtual arm has no servo control that uses them."""
     if percent is not None and percent > FULL_SPEED:
         raise IllegalValue(
             f"PAYLOAD {plain(percent)}", "a load is 0 to 100 % of the largest, or negative: the usual one"
