@@ -1,9 +1,10 @@
-"""Read the looks, masses and drives of links from a URDF file, one body for each joint of the arm that moves it.
+"""Read the shapes, masses and joint drives from a URDF file. Links that are fixed to each other form one rigid body;
+each joint of the arm moves one body.
 
-The mass of a body is the sum over the links fixed to it and its closed hand. An inertia stays unknown if the file does
-not give it, or gives zeros. The drive of a joint has the effort of its limits, and the damping and friction of its
-dynamics, if these are above zero. The reader leaves out looks that it cannot read, because an arm moves without them.
-Format: http://wiki.ros.org/urdf/XML/link.
+The mass of a body is the sum over its links, including those of the closed hand. An inertia is unknown if the file does
+not give it, or gives zeros. The drive of a joint has the effort of the element `limit`, and the damping and friction of
+the element `dynamics`, if they are above zero. Shapes that cannot be read are left out, because an arm can move without
+them. Format: http://wiki.ros.org/urdf/XML/link.
 """
 
 from __future__ import annotations
@@ -21,13 +22,16 @@ from vrs_cli.kinematics.data_reader import TINY
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.kinematics.urdf.tree import HUGE, Joint, Tree, name_of
 
-INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")  # attributes, in the order of `Inertia`
+# attributes of the element `inertia`, in the order of `Inertia`
+INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 ZERO: link_data.Inertia = (0.0,) * 6
 USUAL_COLOUR = "grey"
 
 
 class LinkPlace(NamedTuple):
-    """The position of a link: the number of its body (0 is the base), T_body_link, and its motion as the hand opens."""
+    """The position of a link: the number of the body that contains it (0 is the base), T_body_link, and its motions
+    while the hand opens.
+    """
 
     body: int
     T: Transform
@@ -35,7 +39,7 @@ class LinkPlace(NamedTuple):
 
 
 class _Solid(NamedTuple):
-    """A mass [kg], its centre [m] and its inertia about the centre [kg m2], in the frame of a body."""
+    """A mass [kg], its centre [m] and its inertia about this centre [kg m2], in the frame of a body."""
 
     mass: float
     centre: Vector
@@ -45,10 +49,10 @@ class _Solid(NamedTuple):
 def masses_of_bodies(
     tree: Tree, joints: Sequence[Joint], places: Mapping[str, tuple[int, Transform]]
 ) -> tuple[link_data.LinkMasses, ...]:
-    """Return the masses and drives of the bodies that the joints of an arm move.
+    """Return the mass of each body that a joint of an arm moves, and the drive of this joint.
 
-    `places`: for each link the number of its body (0 is the base), and T_body_link. The masses of a body are unknown if
-    no link of it has a mass, or one link has a wrong figure.
+    `places`: for each link the number of the body that contains it (0 is the base), and T_body_link. The mass of a body
+    is unknown if none of its links has a mass, or a link has an invalid value.
     """
     solids: list[list[_Solid | None]] = [[] for _ in range(len(joints) + 1)]
     for link in tree.robot.findall("link"):
@@ -65,14 +69,16 @@ def masses_of_bodies(
 def complete(
     masses: Sequence[link_data.LinkMasses], own: Sequence[link_data.LinkMasses]
 ) -> tuple[link_data.LinkMasses, ...]:
-    """Return the masses; the values in `own` replace those of the same link. Return no masses if none is known."""
+    """Return the masses with the values in `own` (one entry for each link) in place of those of the URDF file. Return
+    no masses if none is known.
+    """
     said = ({key: x for key, x in one._asdict().items() if x is not None} for one in own or masses)
     found = tuple(link._replace(**row) for link, row in zip(masses, said, strict=True))
     return found if any(link.mass is not None for link in found) else ()
 
 
 def _solid(tree: Tree, inertial: Element, T: Transform) -> _Solid | None:
-    """Return the mass of a link in the frame of its body, T = T_body_link; None if one of its values is wrong."""
+    """Return the mass of a link in the frame of its body; None if one of its values is invalid. `T`: T_body_link."""
     found, inertia = inertial.find("mass"), inertial.find("inertia")
     with suppress(FileDamaged):
         placed = transform.compose(T, tree.origin(inertial))
@@ -83,14 +89,15 @@ def _solid(tree: Tree, inertial: Element, T: Transform) -> _Solid | None:
         rows = [tree.numbers(inertial, f"inertia {key}", values.get(key, "0"), 1)[0] for key in INERTIA_KEYS]
         xx, yy, zz, xy, xz, yz = rows
         half = [transform.rotate(placed, column) for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]
-        turned = (transform.rotate(placed, row) for row in zip(*half, strict=True))  # R I R^T, by the rows of R I
+        # R I R^T, computed row by row from R I
+        turned = (transform.rotate(placed, row) for row in zip(*half, strict=True))
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = turned
         return _Solid(mass, transform.position(placed), (xx, yy, zz, xy, xz, yz))
     return None
 
 
 def _together(solids: Sequence[_Solid | None]) -> link_data.LinkMasses | None:
-    """Return the sum of all solids of a body, or None if one mass is unknown."""
+    """Add up all solids of a body; return None if one mass is unknown, or the body has no mass."""
     known = [one for one in solids if one is not None]
     if not known or len(known) < len(solids):
         return None
@@ -110,7 +117,7 @@ def _together(solids: Sequence[_Solid | None]) -> link_data.LinkMasses | None:
 
 
 def _drive(tree: Tree, joint: Joint) -> dict[str, Any]:
-    """Return the maximum torque and the friction of a joint, if the file contains them."""
+    """Return the maximum torque and the friction of a joint, without values that the file does not contain."""
     said = dict[str, Any]()
     for key, tag, attribute in (
         ("max_torque", "limit", "effort"),
@@ -127,18 +134,19 @@ def _drive(tree: Tree, joint: Joint) -> dict[str, Any]:
     return said
 
 
-# --- its looks -----------------------------------------------------------------------------------------------------
+# --- shapes --------------------------------------------------------------------------------------------------------
 
 
 def link_shapes(
     folder: Path, tree: Tree, places: Mapping[str, LinkPlace], *, collision: bool = False
 ) -> tuple[link_data.LinkShape, ...]:
-    """Return the looks of the links in `places`. Paths of mesh files are relative to `folder`.
+    """Return the visible shapes of the links in `places`. Paths of mesh files are relative to `folder`.
 
-    `collision`: return the shapes for contacts instead.
+    `collision`: return the shapes for contact detection instead.
     """
     said = ((material.get("name", ""), _colour(tree, material)) for material in tree.robot.iter("material"))
-    colours = {name: colour for name, colour in said if colour is not None}  # at any position in the file
+    # colours may be defined at any position in the file
+    colours = {name: colour for name, colour in said if colour is not None}
     found, other = list[link_data.LinkShape](), not collision
     for link in tree.robot.findall("link"):
         for tag in ("collision", "visual") if collision else ("visual",):
@@ -203,8 +211,8 @@ def _colour(tree: Tree, material: Element) -> str | None:
 
 
 def mesh_path(folder: Path, name: str) -> Path:
-    """Return the file of a mesh: beside the URDF file, or in a package in a folder above it; else the likeliest
-    path.
+    """Return the path of a mesh file: relative to the URDF file's folder, or in a package in a folder above it. If the
+    file is not found, return the most likely path.
     """
     try:
         address = urlsplit(name)

@@ -1,11 +1,12 @@
-"""Choose the arm, the fingers of its hand and its tip in a tree of links, and measure the fingers.
+"""Find the arm, its tip and the fingers of its hand in the link tree of a URDF file, and measure the fingers.
 
-An arm extends from the root to the link where its fingers branch off, or to the end of the tree. Two long branches are
-two arms. `notes` report choices that the file does not determine; a user determines them by naming base and tip.
+An arm extends from the root of the tree to the link where its fingers branch off, or to the end of the tree. Two long
+branches are two arms. `notes` tell the user about choices that the file does not determine; users can choose
+differently by naming base and tip.
 
-The module measures at which end of its range each finger's joint is closed, how wide the open hand is, and the axis
-along which the fingers point: APPRO and DEPART go along the tip's Z, and in the files of many makers fingers point
-along another axis.
+The module measures at which end of its range each finger joint is closed, how wide the open hand is, and along which
+axis the fingers point. The axis matters because APPRO and DEPART move along the tip's Z, and in the files of many
+makers fingers point along another axis.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector
 from vrs_cli.kinematics.urdf.tree import LOOSE, MOVING, Joint, Tree
 
-TIPS = ("tool0", "tcp", "flange", "ee_link")  # names of a tip, the most likely first
+TIPS = ("tool0", "tcp", "flange", "ee_link")  # usual link names of an arm's tip, the most likely first
 GRASPS = (
     "tcp",
     "tool_frame",
@@ -35,16 +36,20 @@ GRASPS = (
     "ee_link",
     "tool0",
 )
-ARM, FINGER = 4, 4  # minimum number of joints of an arm before fingers, and maximum number of joints of a finger
+# minimum number of joints of an arm that may carry fingers, and maximum number of joints in a finger
+ARM, FINGER = 4, 4
 
 _FINGER_LINK = re.compile(r"finger|fngr|thumb|knuckle|jaw|claw", re.IGNORECASE)
 _FINGER_JOINT = re.compile(rf"{_FINGER_LINK.pattern}|grip", re.IGNORECASE)
-_WRIST_JOINT = re.compile(r"rotat|(?<!t)roll|yaw|pitch|wrist|twist", re.IGNORECASE)  # for example gripper_roll
+# such a name means a wrist joint, even if it contains "grip", as gripper_roll does
+_WRIST_JOINT = re.compile(r"rotat|(?<!t)roll|yaw|pitch|wrist|twist", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The joints from base to tip, including the fixed ones, and all joints that move the hand."""
+    """The arm that was chosen in a file. `way`: all joints from base to tip, including fixed joints. `fingers`: all
+    moving joints of the hand. `notes`: texts for the user about the choice.
+    """
 
     base: str
     tip: str
@@ -54,7 +59,7 @@ class Choice:
 
 
 def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
-    """Return the arm of a file between two links. A link that is not named follows from the tree of links.
+    """Choose the arm of a file between the links `base` and `tip`. If one is None, it is found in the link tree.
 
     Raises FileDamaged if there are several arms.
     """
@@ -63,7 +68,7 @@ def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
     if tip is None:
         arm, *others = _arms(tree, start, 0)
         if others:
-            tips = [end for end, *_ in (arm, *others)][:10]  # maximum number of ends that a message names
+            tips = [end for end, *_ in (arm, *others)][:10]  # 10: maximum number of tips that the message names
             raise FileDamaged(
                 f"{tree.file}: it has several arms, with the ends {', '.join(tips)}",
                 f"choose one: --tip {tips[0]}, or urdf_tip in a TOML",
@@ -92,8 +97,8 @@ def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
 
 
 def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
-    """Return the tips of all arms below a link, each with its notes. `joints`: the number of joints that move the
-    link.
+    """Return for each arm below a link its tip, followed by notes for the user. `joints`: the number of joints between
+    the base and the link.
     """
     nexts = tree.nearest(link)
     while len(nexts) == 1 and not _is_hand(tree, link, joints):
@@ -104,7 +109,7 @@ def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
     if _is_hand(tree, link, joints):
         ways = [[link, *(joint.child for joint in tree.way(link, finger.parent))] for finger in nexts]
         parting = [links[0] for links in zip(*ways, strict=False) if len(set(links)) == 1][-1]
-        # prefer a fixed link that is named as the point between the fingers
+        # among the links fixed together, prefer one whose name means the point between the fingers
         tip = min(tree.together(parting), key=lambda end: _rank(end, GRASPS))
         if len(nexts) > 1:
             return [(tip,)]
@@ -114,7 +119,7 @@ def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
         )
         return [(tip, note)]
     depths = [_depth(tree, joint) for joint in nexts]
-    if not any(depths):  # all joints mimic others
+    if not any(depths):  # all following joints mimic others: the arm ends here
         return [(_end(tree, link),)]
     long = [joint for joint, depth in zip(nexts, depths, strict=True) if 2 * depth > max(depths)]
     return [arm for joint in long for arm in _arms(tree, joint.child, joints + _counts(joint))]
@@ -125,7 +130,9 @@ def _counts(joint: Joint) -> bool:
 
 
 def _depth(tree: Tree, joint: Joint) -> int:
-    """Return the number of joints in the longest chain that begins with this one."""
+    """Return the number of joints in the longest chain of the tree that begins with `joint`; joints that mimic others
+    do not count.
+    """
     deepest, left = 0, [(joint, 0)]
     while left:
         joint, above = left.pop()
@@ -136,18 +143,19 @@ def _depth(tree: Tree, joint: Joint) -> int:
 
 
 def _is_hand(tree: Tree, link: str, joints: int) -> bool:
-    """Return whether the branches on a link are fingers. `joints`: the number of joints of the arm before the link.
+    """Return whether the branches that begin at a link are fingers. `joints`: the number of joints between the base and
+    the link.
 
-    Branches are fingers if their names say so, if all but one mimic that one, or if they are short and at the end of an
-    arm.
+    Branches are fingers if their names say so, if all of them but one mimic this one, or if they are short and the arm
+    before them is long enough.
     """
     if not joints:
         return False
     nexts = tree.nearest(link)
-    if (
-        len(nexts) == 1
-    ):  # a single branch is a jaw if its names say so, but not if the joint before it is a finger too (a file of one
-        (last,) = nexts  # finger); it is also a jaw if the point between the fingers does not move with it
+    if len(nexts) == 1:
+        # A single branch is a jaw if its names say so, but not if the joint before it is a finger too: then the file
+        # describes one finger. It is also a jaw if a link named as the point between the fingers does not move with it.
+        (last,) = nexts
         if any(_counts(after) for after in tree.moving_below(last) if after is not last):
             return False
         if _is_finger(last):
@@ -161,36 +169,43 @@ def _is_hand(tree: Tree, link: str, joints: int) -> bool:
 
 
 def _is_finger(joint: Joint) -> bool:
-    """Return whether a joint moves a finger, by its names; a wrist may carry a jaw that is fixed to it."""
+    """Return whether the names of a joint and its link say that it moves a finger. A wrist joint whose link has a
+    finger's name is no finger: a fixed jaw is part of the wrist.
+    """
     if _FINGER_LINK.search(joint.name):
         return True
     named = _FINGER_JOINT.search(joint.name) or _FINGER_LINK.search(joint.child)
     return bool(named) and not _WRIST_JOINT.search(joint.name)
 
 
-# --- where the tip is --------------------------------------------------------------------------------------------
+# --- the tip -----------------------------------------------------------------------------------------------------
 
 
 def _end(tree: Tree, link: str) -> str:
-    """Return the end of the last moving body with the most usual name."""
+    """Return the tip of an arm whose last moving link is `link`: the link fixed to it at an end of the tree that has
+    the most usual name.
+    """
     ends = [held for held in tree.together(link) if not tree.below.get(held)] or [link]
     return min(ends, key=lambda end: _rank(end, TIPS))
 
 
 def _rank(link: str, names: Sequence[str]) -> int:
-    """Return the rank of a tip's name (0: the most usual name); a name may have a prefix."""
+    """Return the position of a link's name in `names` (0: the most usual name), ignoring a prefix; len(names) if it is
+    not there.
+    """
     return next(
         (i for i, name in enumerate(names) if link == name or link.endswith((f"_{name}", f"/{name}"))), len(names)
     )
 
 
-# --- what an arm stands on ---------------------------------------------------------------------------------------
+# --- vehicles that carry an arm ----------------------------------------------------------------------------------
 
 
 def _without_vehicle(tree: Tree, way: Sequence[Joint]) -> tuple[list[Joint], list[Joint]]:
-    """Split a chain into the arm and the joints before it that drive or float.
+    """Split a chain of joints into the arm and the joints before it that belong to a vehicle: they drive or float.
 
-    A vehicle that slides without end may turn without end before and after that.
+    A vehicle has a joint that slides without limits, or floats; unlimited turning joints directly before and after it
+    belong to the vehicle too.
     """
     moving = [joint for joint in way if joint.moves]
     leading = list(
@@ -211,11 +226,11 @@ def _drives(tree: Tree, joint: Joint) -> bool:
     return joint.type in LOOSE or (MOVING.get(joint.type) is JointKind.PRISMATIC and tree.range(joint).endless)
 
 
-NEARER = 1e-4  # [m] smaller changes of the distance between fingers do not count
+NEARER = 1e-4  # [m] smaller changes of the distance between fingertips are ignored
 
 
 class Travel(NamedTuple):
-    """The value of a joint of the hand when closed and when open [rad, m]."""
+    """The values of a finger joint when the hand is closed and when it is open [rad, m]."""
 
     closed: float
     open: float
@@ -224,8 +239,8 @@ class Travel(NamedTuple):
 class Fingers(NamedTuple):
     """The fingers of a hand.
 
-    `travels`: joints by name. `width`: how much farther apart the tips are when open [m], 0 if unknown. `tips`: the
-    links at their ends.
+    `travels`: the travel of each joint, by the joint's name. `width`: how much farther apart the fingertips are when
+    the hand is open [m], 0 if unknown. `tips`: the links at the ends of the fingers.
     """
 
     travels: Mapping[str, Travel]
@@ -234,11 +249,11 @@ class Fingers(NamedTuple):
 
 
 def fingers_of(tree: Tree, link: str, joints: Sequence[Joint], closed: str | None = None) -> Fingers:
-    """Return the fingers that these joints move, seen from the link that carries them.
+    """Measure the fingers that these joints move. `link`: the link that carries them.
 
-    A joint is closed at the end of its range where the tips are nearer to each other. If both ends have the same
-    distance, it is closed at the end nearer to zero. If `closed` is given ("lower" or "upper"), it holds for all
-    joints.
+    A joint is closed at the end of its range where the fingertips are nearer to each other, or, if the distance is the
+    same at both ends, at the end nearer to zero. `closed` ("lower" or "upper"): the end at which all joints are closed,
+    if it is known.
     """
     own = {joint.name: ends for joint in joints if not joint.mimics and (ends := _ends(tree, joint)) is not None}
     gauge = _Gauge(tree, link, joints)
@@ -258,7 +273,7 @@ def fingers_of(tree: Tree, link: str, joints: Sequence[Joint], closed: str | Non
 
 
 def _ends(tree: Tree, joint: Joint) -> tuple[float, float] | None:
-    """Return the limits of a joint; None for a joint without ends, which stays at zero."""
+    """Return the limits of a joint; None for a joint without limits, which stays at zero."""
     found = tree.range(joint)
     if joint.type not in MOVING or found.lower is None or found.upper is None or found.endless:
         return None
@@ -266,7 +281,7 @@ def _ends(tree: Tree, joint: Joint) -> tuple[float, float] | None:
 
 
 def joint_motion(tree: Tree, joint: Joint, value: float) -> Transform:
-    """Return the motion of a joint at a value, applied to its child link after the origin."""
+    """Return the transform that a joint at `value` [rad, m] adds after its origin, which moves its child link."""
     if not value:
         return IDENTITY
     if MOVING[joint.type] is JointKind.PRISMATIC:
@@ -275,7 +290,7 @@ def joint_motion(tree: Tree, joint: Joint, value: float) -> Transform:
 
 
 class _Gauge:
-    """Measures the distances of fingertips for values of their joints."""
+    """Measures the distances between fingertips for given values of the finger joints."""
 
     def __init__(self, tree: Tree, link: str, joints: Sequence[Joint]) -> None:
         self.tree, self.link, self.joints = tree, link, joints
@@ -283,36 +298,41 @@ class _Gauge:
         self.tips = [self._tip(joint) for joint in joints if joint.child not in carrying]
 
     def _tip(self, joint: Joint) -> str:
-        """Return the farthest link that a joint moves; URDF files often define a link at the fingertip."""
+        """Return the link farthest from the joint, among those fixed to its child; URDF files often have an extra link
+        at the fingertip.
+        """
         held = self.tree.together(joint.child)
         return max(held, key=lambda link: dist(transform.position(self._step(joint.child, link, {})), (0.0, 0.0, 0.0)))
 
     def all_values(self, own: Mapping[str, float]) -> dict[str, float]:
-        """Return the values of all joints, also of those that mimic others."""
+        """Return the values of all finger joints, including those that mimic others. `own`: the values of the
+        independent joints.
+        """
         values, left = dict(own), [joint for joint in self.joints if joint.mimics and joint.type in MOVING]
-        for _ in self.joints:  # a joint that mimics may be mimicked too
+        for _ in self.joints:  # repeat, because a joint that mimics another may itself be mimicked
             left = [joint for joint in left if joint.name not in values]
             for joint in left:
-                with suppress(FileDamaged):  # an arm moves without this finger
+                with suppress(FileDamaged):  # ignore errors in this finger, because the arm can move without it
                     mimic = self.tree.mimic(joint)
                     if mimic.leader in values:
                         values[joint.name] = mimic.factor * values[mimic.leader] + mimic.offset
         return values
 
     def parting(self, before: Mapping[str, float], after: Mapping[str, float]) -> float:
-        """Return the greatest change of the distance between two tips [m], positive if they move apart; 0 for one tip.
+        """Return the greatest change of the distance between two fingertips from `before` to `after` [m], positive if
+        they move apart; 0 if there is only one tip.
 
-        The greatest change counts because links of a gear beside the fingers move less.
+        The greatest change counts, because the hand may have other links, such as those of a gear, that move less.
         """
         rows = zip(self._distances(before), self._distances(after), strict=False)
         return max((b - a for a, b in rows), key=abs, default=0.0)
 
     def _distances(self, own: Mapping[str, float]) -> list[float]:
-        """Return the distance of each pair of tips."""
+        """Return the distance between the fingertips of each pair [m]."""
         values = self.all_values(own)
         try:
             places: list[Vector] = [transform.position(self._step(self.link, tip, values)) for tip in self.tips]
-        except FileDamaged:  # an arm moves without its fingers
+        except FileDamaged:  # ignore errors in the fingers, because the arm can move without them
             return []
         return [dist(a, b) for a, b in combinations(places, 2)]
 
@@ -325,11 +345,13 @@ class _Gauge:
         return T
 
 
-CLEAR = 0.7  # minimum cosine of the angle between the fingers and an axis
+CLEAR = 0.7  # minimum cosine of the angle between the fingers and an axis along which they clearly point
 
 
 class Turned(NamedTuple):
-    """A direction of the tip, and the turn that moves the Z axis to this direction."""
+    """The axis of the tip along which the fingers point: its name, its direction, and the rotation that turns Z to this
+    direction.
+    """
 
     name: str
     direction: Vector
@@ -346,10 +368,10 @@ _OTHERS = (
 
 
 def other_than_z(last: Vector, fingers: Iterable[Vector]) -> Turned | None:
-    """Return the axis of the tip along which the fingers point, if that is clearly not Z.
+    """Return the axis of the tip along which the fingers point, if it is clearly another axis than Z; else None.
 
-    The fingers point from the last joint to their ends and to the tip. `last`: a point of the last joint; `fingers`:
-    the ends of the fingers, both in the frame of the tip.
+    The direction of the fingers is that from the arm's last joint to their ends. `last`: a point of the last joint;
+    `fingers`: the ends of the fingers, both in the frame of the tip [m].
     """
     ends = [transform.vector_difference(end, last) for end in fingers]
     if not ends:
@@ -359,13 +381,13 @@ def other_than_z(last: Vector, fingers: Iterable[Vector]) -> Turned | None:
     )
     ahead = transform.vector_sum(mean, transform.scaled_vector(last, -1.0))
     far = transform.length(ahead)
-    if far < 1e-3:  # [m] shorter vectors have no direction
+    if far < 1e-3:  # [m] vectors shorter than 1e-3 give no reliable direction
         return None
     return next((one for one in _OTHERS if sum(map(float.__mul__, one.direction, ahead)) > CLEAR * far), None)
 
 
 def pointing_note(tip: str, turned: Turned) -> str:
-    """Return the note for a tip whose fingers point along another axis than Z."""
+    """Return a note for the user, for a tip whose fingers point along another axis than Z."""
     angles = ", ".join(f"{round(degrees(angle), 3) + 0.0:g}" for angle in transform.to_oat(turned.turn))
     return (
         f"the fingers point along {turned.name} of {tip}, but APPRO and DEPART go along its Z: "

@@ -1,17 +1,18 @@
-"""Make a robot from a URDF file: the chain of joints between a base link and a tip link, and usual figures.
+"""Make a robot model from a URDF file: from the chain of joints between a base link and a tip link, and from default
+values where the file has none.
 
-The robot gets the joints with their origins, axes and limits, the masses of the links, and their looks: boxes,
-cylinders, spheres and mesh files, each fixed in a body. The reader ignores transmissions, and fetches no files. Units
-are metres, radians, seconds and kilograms, as in URDF.
+The model gets the joints with their origins, axes and limits, the masses of the links, and their shapes: boxes,
+cylinders, spheres and mesh files. The reader ignores transmissions, and downloads no files. Units are metres, radians,
+seconds and kilograms, as in URDF.
 
-One joint of the arm moves one body. The body contains all links fixed to it, the links of the closed hand, and links
-behind other joints, with these joints at zero.
+Each joint of the arm moves one rigid body, which contains the joint's link and all links fixed to it, the links of the
+closed hand, and the links moved by joints outside the arm, which stay at zero.
 
-If READY is singular or at the end of a range, as most arms are at zeros, another READY is chosen (`better_ready`). A
-pose is near singular if the isotropy of its Jacobian is small: the geometric mean of the eigenvalues of J J^T over
-their arithmetic mean, 1 if the arm moves equally well in all directions, 0 if it cannot move in one of them (J. Kim, P.
-Khosla, "Dexterity measures for design and control of manipulators", IROS 1991). Lengths count as parts of half the
-reach.
+If all joints at zero are singular or at the end of a range, as for most arms, another pose is chosen for READY
+(`better_ready`). A pose is nearly singular if the isotropy of its Jacobian is small: the geometric mean of the
+eigenvalues of J J^T over their arithmetic mean, 1 if the arm moves equally well in all directions, 0 if it cannot move
+in one of them (J. Kim, P. Khosla, "Dexterity measures for design and control of manipulators", IROS 1991). Lengths are
+divided by half the reach.
 """
 
 from __future__ import annotations
@@ -56,21 +57,22 @@ from vrs_cli.kinematics.urdf.tree import (
     robot_element,
 )
 
-WHOLE_TURNS = 2 * pi  # [rad] limits of a joint that turns without end
+WHOLE_TURNS = 2 * pi  # [rad] limits +- this for a joint without limits in the file
 
-# figures that a URDF file may omit
-USUAL_VELOCITY = {JointKind.REVOLUTE: pi / 2, JointKind.PRISMATIC: 0.25}  # [rad/s, m/s] if the file has none
-FULL_SPEED_IN = 0.3  # [s] time to full velocity, for accelerations
-FULL_ACCELERATION_IN = 0.1  # [s] time to full acceleration, for jerks
-USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg/s] speeds of the tool
+# default values for data that a URDF file may omit
+USUAL_VELOCITY = {JointKind.REVOLUTE: pi / 2, JointKind.PRISMATIC: 0.25}  # [rad/s, m/s] maximum joint velocity
+FULL_SPEED_IN = 0.3  # [s] time to reach the maximum velocity; gives the acceleration limits, which URDF does not have
+# [s] time to reach the maximum acceleration; gives the jerk limits, which URDF does not have
+FULL_ACCELERATION_IN = 0.1
+USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg/s] nominal speeds of the tool
 
 
 class UrdfArm(NamedTuple):
-    """The arm of a file.
+    """The arm of a URDF file.
 
-    `joints`: the joints that move. `scales`: the total motion per unit of each joint (more than 1 for a telescope).
-    `chain`: links with the axes of the joints, T_base_tip(q) = base . links . flange. `fingers`: the hand. `places`:
-    all links that the arm carries.
+    `joints`: the joints that move. `scales`: for each joint the total motion per unit of its value (more than 1 for a
+    telescope, whose stages move together). `chain`: links with the axes of the joints, T_base_tip(q) = base . links .
+    flange. `fingers`: the fingers of the hand. `places`: the positions of all links that the arm carries.
     """
 
     choice: Choice
@@ -84,7 +86,9 @@ class UrdfArm(NamedTuple):
 def robot_of(
     file: str, text: str, reader: ModelReader, table: Mapping[str, object], base: str | None, tip: str | None
 ) -> RobotModel:
-    """Return the robot of a URDF file between two links, with missing figures from a TOML file's table or usual ones.
+    """Return the model of the arm between the links `base` and `tip` of a URDF file. `text`: the content of the file.
+    `table`: the table of a TOML file that extends it; its values replace those of the URDF file. Missing values get
+    defaults.
 
     Raises FileDamaged with the file and the element.
     """
@@ -106,7 +110,8 @@ def robot_of(
         notes.append(f"{', '.join(telescoped)} slide as the joint before them does: a telescope, which is one joint")
     at = {link: transform.position(place.T) for link, place in arm.places.items()}
     last, turned = at.get(arm.joints[-1].child), None
-    if last is not None and len(arm.joints) >= FEWEST:  # an arm with fewer joints could not move along another axis
+    # with fewer joints, APPRO along another axis would be impossible anyway
+    if last is not None and len(arm.joints) >= FEWEST:
         turned = other_than_z(last, [at[link] for link in arm.fingers.tips if link in at])
     if turned is not None:
         notes.append(pointing_note(arm.choice.tip, turned))
@@ -138,12 +143,13 @@ def robot_of(
     )
 
 
-# --- its geometry --------------------------------------------------------------------------------------------------
+# --- geometry ------------------------------------------------------------------------------------------------------
 
 
 def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transform = IDENTITY) -> UrdfArm:
-    """Return the arm between two links of a file. `flange`: T_tip_flange. Raises FileDamaged for a kind of joint that
-    an arm cannot have."""
+    """Return the arm that was chosen in a file. `closed`: the end of the joint ranges at which the hand is closed.
+    `flange`: T_tip_flange. Raises FileDamaged for a type of joint that an arm cannot have.
+    """
     joints, axes, scales, T = list[Joint](), list[AxisLine](), list[float](), IDENTITY
     for joint in chosen.way:
         T = transform.compose(T, tree.origin(joint.element))
@@ -159,7 +165,7 @@ def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transf
         axes.append(axis)
         scales.append(1.0)
     chain = chain_of(axes, [tree.kind(joint) for joint in joints], transform.compose(T, flange))
-    assert chain is not None  # without prescribed alphas every chain has links
+    assert chain is not None  # `chain_of` can only fail if alphas are prescribed
     fingers = fingers_of(tree, joints[-1].child, chosen.fingers, closed)
     places = _places(tree, chosen.base, joints, chain, fingers)
     return UrdfArm(chosen, tuple(joints), tuple(scales), chain, fingers, places)
@@ -168,10 +174,10 @@ def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transf
 def _follows(
     tree: Tree, joint: Joint, axis: AxisLine, before: Sequence[Joint], axes: Sequence[AxisLine]
 ) -> Mimic | None:
-    """Return how a joint of a telescope follows the joint before it; None for a joint that moves independently.
+    """Return how a joint follows the joint before it, if both are stages of a telescope; None for an independent joint.
 
-    A mimic element of the file determines how it follows. Without this element it moves equally far, if it slides along
-    the same axis with the same limits and speed.
+    An element `mimic` in the file says how the joint follows. Without this element, it follows and moves equally far if
+    it slides along the same axis with the same limits and speed.
     """
     slides = before and tree.kind(joint) is tree.kind(before[0]) is JointKind.PRISMATIC
     along = transform.dot(axis.direction, axes[0].direction) if slides else 0.0
@@ -185,9 +191,10 @@ def _follows(
 
 
 def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, fingers: Fingers) -> dict[str, LinkPlace]:
-    """Return the places of the links that the base and the arm carry, in the frames of the chain.
+    """Return the positions of all links that the base and the arm carry, in the frames of the chain.
 
-    T_body_link = T_base_body^-1 T_base_link while all joints are 0 and the hand is closed. It stays so in all poses.
+    T_body_link = T_base_body^-1 T_base_link, computed while all joints are 0 and the hand is closed, is the same in all
+    poses.
     """
     steps = [link_transform(link, 0.0) for link in chain.links]
     steps[-1] = transform.compose(steps[-1], chain.flange)
@@ -198,7 +205,7 @@ def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, finger
         for joint in tree.below.get(parent, ()):
             try:
                 before, T_base_joint = found[parent], transform.compose(T_base_parent, tree.origin(joint.element))
-            except FileDamaged:  # the arm does not need this link
+            except FileDamaged:  # skip a link with errors: the arm does not need it
                 continue
             body = before.body + (joint in joints[before.body : before.body + 1])
             opens = before.opens
@@ -216,11 +223,14 @@ def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, finger
     return found
 
 
-# --- its figures ---------------------------------------------------------------------------------------------------
+# --- limits and rates
+# ---------------------------------------------------------------------------------------------------
 
 
 def _figures(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) -> dict[str, float]:
-    """Return limits and rates of a joint. Values in `own`, from a TOML file, replace those of the URDF file."""
+    """Return the limits of a joint's value, velocity, acceleration and jerk. `scale`: total motion per unit of the
+    joint. `own`: values from a TOML file, which replace those of the URDF file.
+    """
     kind = tree.kind(joint)
     *ends, rate = (None if x is None else scale * x for x in tree.range(joint))
     if kind is JointKind.REVOLUTE:
@@ -270,33 +280,37 @@ def _model(
     return ModelReader(reader.file, human=False).model({**data, **options})
 
 
-SINGULAR = 0.02  # isotropy below which a pose is too singular for READY
-END = 0.01  # fraction of a joint's range that counts as its end
-STEP = pi / 12  # [rad] joints of READY are multiples of this step
-FAR = 2 * pi / 3  # [rad] maximum distance of a joint from its value in the file's READY
-STARTS, TRIED, SWEEPS = 150, 3, 3  # number of first poses, of poses to be improved, and of sweeps over all joints
+SINGULAR = 0.02  # if the isotropy of a pose is smaller, the pose is too singular for READY
+END = 0.01  # a joint closer to the end of its range than this fraction of the range counts as at the end
+STEP = pi / 12  # [rad] joint values tried for READY are multiples of this step
+FAR = 2 * pi / 3  # [rad] maximum distance of a tried joint value from the original READY
+# number of poses to begin with, of the best of these that are improved, and of sweeps over all joints
+STARTS, TRIED, SWEEPS = 150, 3, 3
 
-# A pose is better if few joints are turned, and little, and if the tool points down, in front of the arm and high up.
-TURNED, TURNS = 0.05, 0.03  # cost of each turned joint, and of half a turn of a joint
+# weights in `_Wanted.worth`: a pose is better if few joints are turned, and by small angles, and if the tool points
+# down, is in front of the arm, and the arm is high up
+TURNED, TURNS = 0.05, 0.03  # cost of each turned joint, and of each half turn of a joint
 DOWN, AHEAD, HIGH = 0.25, 0.1, 0.1
-STRAIGHT_DOWN, LITTLE = -1.0 + 1e-9, 0.1  # maximum Z of a tool that points down, and maximum cost of turning it down
-NEAR = 0.3  # fraction of the reach: positions nearer to the first axis cost more
+# a tool points straight down if Z of its direction is smaller; the cost of turning it down must be smaller
+STRAIGHT_DOWN, LITTLE = -1.0 + 1e-9, 0.1
+NEAR = 0.3  # fraction of the reach: a tip nearer to the first axis lowers the worth
 
 
 class Ready(NamedTuple):
-    """Joints for READY, and the note about them."""
+    """Joints for the pose READY, and a note about them for the user."""
 
     joints: Joints
     note: str
 
 
 def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
-    """Return another READY in whole steps for an arm that is singular there or has a joint at its end.
+    """Choose another pose for READY, in whole steps, if the arm is singular at READY or has a joint at the end of its
+    range.
 
-    None for other arms, and for an arm that is singular everywhere. The same arm always has the same READY. `ahead`:
-    the direction of the tool in the frame of the flange.
+    Return None if READY is suitable, or no better pose is found. The result is always the same for the same arm.
+    `ahead`: the direction of the tool in the frame of the flange.
     """
-    if model.joint_count > 12:  # maximum number of joints of an arm that gets another READY
+    if model.joint_count > 12:  # with more joints than 12 the search would take too long
         return None
     wanted = _Wanted(model, ahead)
     fault = wanted.fault()
@@ -311,7 +325,7 @@ def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
 
 
 class _Wanted:
-    """Rates how suitable poses are for READY."""
+    """Rates how suitable poses of an arm are for READY, and searches for better ones."""
 
     def __init__(self, model: RobotModel, ahead: Vector) -> None:
         self.model, self.rest, self.ahead = model, model.poses["ready"], ahead
@@ -320,7 +334,7 @@ class _Wanted:
         self.choices = [self._choices(i) for i in range(model.joint_count)]
 
     def fault(self) -> str:
-        """Return the reason why READY is unsuitable; empty if it is suitable."""
+        """Return the reason why the original READY is unsuitable; empty if it is suitable."""
         if self.isotropy(link_frames(self.model, self.rest)) <= SINGULAR:
             return "the arm is singular"
         rows = zip(self.model.links, self.model.lower, self.model.upper, self.rest, strict=True)
@@ -333,9 +347,9 @@ class _Wanted:
 
     def _choices(self, i: int) -> list[float]:
         lower, upper, rest = self.model.lower[i], self.model.upper[i], self.rest[i]
-        margin = 0.05 * (upper - lower)  # fraction of a joint's range that stays free at either end
+        margin = 0.05 * (upper - lower)  # 5 % of the joint's range stays free at either end
         if not i and self.model.links[i].kind is JointKind.REVOLUTE:
-            return [min(max(rest, lower + margin), upper - margin)]  # joint 1 only turns the whole arm
+            return [min(max(rest, lower + margin), upper - margin)]  # keep joint 1, because it only turns the whole arm
         if self.model.links[i].kind is JointKind.PRISMATIC:
             return [rest, 0.5 * (lower + upper)]
         low, high = max(lower + margin, rest - FAR), min(upper - margin, rest + FAR)
@@ -344,7 +358,9 @@ class _Wanted:
         return list(dict.fromkeys(inside)) or [0.5 * (lower + upper)]
 
     def starts(self) -> Iterator[Joints]:
-        """Yield READY rounded to whole steps, then poses with some joints turned, spread evenly (a Weyl sequence)."""
+        """Yield the original READY rounded to whole steps, then poses in which some joints are turned; a Weyl sequence
+        spreads them evenly.
+        """
         near = [min(xs, key=lambda x: abs(x - rest)) for xs, rest in zip(self.choices, self.rest, strict=True)]
         yield tuple(near)
         roots = [sqrt(prime) for prime in (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)]
@@ -354,7 +370,9 @@ class _Wanted:
             yield tuple(x if part < 0.0 else xs[int(len(xs) * part)] for xs, part, x in rows)
 
     def improve(self, q: Joints) -> Joints:
-        """Return q after setting one joint after the other to its best value, until no joint improves."""
+        """Improve a pose: set one joint after the other to its best value, until no joint improves or SWEEPS is
+        reached.
+        """
         for _ in range(SWEEPS):
             before = q
             for i, xs in enumerate(self.choices):
@@ -364,7 +382,9 @@ class _Wanted:
         return q
 
     def level_tool(self, q: Joints) -> Joints:
-        """Return q with the tool straight down, if one joint can do that at little cost."""
+        """Return q with one joint turned so that the tool points straight down, if that lowers the worth by less than
+        LITTLE; else q.
+        """
         turned = [(*q[:i], x, *q[i + 1 :]) for i, xs in enumerate(self.choices) for x in xs]
         down = [
             other
@@ -393,7 +413,7 @@ class _Wanted:
 
     def isotropy(self, frames: Sequence[Transform]) -> float:
         at, unit = transform.position(frames[-1]), 0.5 * self.reach
-        columns = list[list[float]]()  # columns of the Jacobian at the flange
+        columns = list[list[float]]()  # columns of the flange's Jacobian, with lengths divided by `unit`
         for link, frame in zip(self.model.links, frames, strict=False):
             axis = axis_of(frame)
             if link.kind is JointKind.PRISMATIC:

@@ -1,11 +1,12 @@
-"""Read a URDF file: expand its macros, parse its XML, and build the tree of its links and joints.
+"""Read a URDF file: expand its xacro macros, parse its XML, and build the tree of its links and joints.
 
-Like other URDF readers, it accepts undeclared prefixes and an XML declaration anywhere in the file.
-Format: http://wiki.ros.org/urdf/XML.
+Like other URDF readers, it accepts undeclared prefixes and an XML declaration anywhere in the file. Format:
+http://wiki.ros.org/urdf/XML.
 
-The package xacro expands macros, if it is installed. Packages that a file names are searched for in the folders above
-the file, then where ROS finds them. Macros can calculate (`${[1] * 10**9}`), so they are expanded in a process of
-their own with limited memory and time: `python -m vrs_cli.kinematics.urdf.tree FILE NAME=VALUE...`.
+The Python package xacro expands macros, if it is installed. ROS packages that a file names are searched for in the
+folders above the file, then where ROS finds them. Macros can do any computation (`${[1] * 10**9}`), so they are
+expanded in a separate process with limited memory and time: `python -m vrs_cli.kinematics.urdf.tree FILE
+NAME=VALUE...`.
 """
 
 from __future__ import annotations
@@ -30,13 +31,13 @@ from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_x, rotation_y, rotation_z
 
 XACRO = "xacro:"
-MEMORY, SECONDS = 1 << 30, 30  # limits of address space [bytes] and of wall time [s] for macros
-REFUSED, TOO_LARGE = 3, 4  # exit statuses of the process
-SOURCES = ("urdf", "xacro", "robots", "models")  # folders of a package that have robots
+MEMORY, SECONDS = 1 << 30, 30  # maximum address space [bytes] and wall time [s] of the process that expands macros
+REFUSED, TOO_LARGE = 3, 4  # exit statuses of this process: an error of the macros, or out of memory
+SOURCES = ("urdf", "xacro", "robots", "models")  # usual names of a package's folders with robot files
 
 
 def has_macros(file: str, root: Element) -> bool:
-    """Return whether a file has macros to expand before it is a robot."""
+    """Return whether a file has xacro macros or expressions that must be expanded."""
     if Path(file).suffix.lower() == ".xacro" or any(element.tag.startswith(XACRO) for element in root.iter()):
         return True
     if "xmlns:xacro" not in root.attrib:
@@ -46,7 +47,9 @@ def has_macros(file: str, root: Element) -> bool:
 
 
 def expand_macros(file: str, arguments: Mapping[str, str]) -> str:
-    """Return the text of a file without macros. Raises FileDamaged, with the command to use without the package."""
+    """Expand the macros of a file in a separate process, and return the text. `arguments`: the values of xacro
+    arguments. Raises FileDamaged, whose hint is a command to run if the package xacro is missing.
+    """
     if find_spec("xacro") is None:
         hint = f"{how_to_install('xacro')}, or {expanding(file)}"
         raise FileDamaged(f"{file}: it holds xacro macros, and xacro is not installed", hint)
@@ -58,13 +61,15 @@ def expand_macros(file: str, arguments: Mapping[str, str]) -> str:
     if done.returncode == 0:
         return done.stdout
     what, _, hint = done.stderr.strip().partition("\n")
-    if done.returncode != REFUSED:  # the system ended the process
+    if done.returncode != REFUSED:  # the process ran out of memory, or the system ended it
         what, hint = f"xacro: its macros take more than {MEMORY >> 20} MB", expanding(file)
     raise FileDamaged(f"{file}: {what}", hint)
 
 
 def _expand(file: str, *pairs: str) -> int:
-    """Write the text of a file without macros, or the error and a hint in one line each. Return the exit status."""
+    """Expand the macros of a file, and write the text to standard output; or write the error and a hint, in one line
+    each, to standard error. Return the exit status. `pairs`: arguments in the form NAME=VALUE.
+    """
     with suppress(ImportError):
         import resource
 
@@ -77,11 +82,11 @@ def _expand(file: str, *pairs: str) -> int:
         with (
             _packages_beside(Path(file).absolute()),
             redirect_stderr(StringIO()),
-        ):  # hide warnings, which are for the author of the file
+        ):  # hide warnings, which concern only the author of the file
             text = xacro.process_file(file, mappings=arguments, verbosity=0).toxml()
     except _NoPackage as lost:
         what, hint = f"{lost}", f"put its folder there, or, where ROS knows it, {expanding(file)}"
-    except Exception as error:  # macros may raise any error
+    except Exception as error:  # macros can raise any error
         if any(isinstance(one, MemoryError) for one in _behind(error)):
             return TOO_LARGE
         what = "xacro: " + (" ".join(f"{error}".split()) or type(error).__name__)
@@ -100,14 +105,15 @@ def _behind(error: BaseException | None) -> Iterator[BaseException]:
 
 
 class _NoPackage(BaseException):
-    """Raised for a missing package. It is not an Exception, because xacro rewords exceptions."""
+    """Raised if a ROS package is not found. It is not a subclass of Exception, because xacro rewords those."""
 
 
 @contextmanager
 def _packages_beside(path: Path) -> Iterator[None]:
-    """While entered, let $(find PACKAGE) find folders above the file or beside one of these, then what ROS knows.
+    """Let $(find PACKAGE) search the folders above the file, and the folders beside these, before it asks ROS; restore
+    the normal behaviour at the end of the block.
 
-    This replaces a private function of xacro, which asks only ROS.
+    This replaces a private function of xacro that asks only ROS.
     """
     from xacro import substitution_args
 
@@ -121,18 +127,22 @@ def _packages_beside(path: Path) -> Iterator[None]:
 
 
 def _folder(path: Path, name: str, usual: Callable[[str], object]) -> str:
-    """Return the folder of a package, beside a file or as ROS knows it. Raises _NoPackage."""
+    """Return the folder of a ROS package: the one that `package_folder` finds for the file at `path`, else the one that
+    ROS knows (`usual`). Raises _NoPackage.
+    """
     beside = package_folder(path, name)
     try:
         return str(usual(name) if beside is None else beside)
-    except Exception:  # each version of ROS raises another class of error
+    except Exception:  # versions of ROS raise different classes of errors
         raise _NoPackage(f"no folder above it, or beside one of these, is the package {name!r}") from None
 
 
 def package_folder(path: Path, name: str) -> Path | None:
-    """Return the folder of a package: a folder above the file with that name, or a folder beside one above the file.
+    """Return the folder of a ROS package: a folder of this name above the file, or directly inside a folder above the
+    file.
 
-    If there is none, return the folder of the package that contains the file. It may have another name.
+    If there is none, return the folder of the package that contains the file, whose name may differ; None if there is
+    no such package.
     """
     above = path.parents
     named = [folder for folder in above if folder.name == name]
@@ -141,20 +151,20 @@ def package_folder(path: Path, name: str) -> Path | None:
     return next(iter((*found, *own)), None)
 
 
-MAX_FILE_CHARS = 20_000_000  # maximum number of characters of a file
-HUGE = 1e6  # [m, rad] larger than any figure of an arm; excludes infinity and NaN
-EXPRESSION = re.compile(r"\$[{(]")  # start of an expression of xacro
+MAX_FILE_CHARS = 20_000_000  # maximum number of characters of a URDF file
+HUGE = 1e6  # [m, rad] all numbers of an arm must be smaller; refuses infinity and NaN
+EXPRESSION = re.compile(r"\$[{(]")  # start of a xacro expression
 
-MAX_FILE_JOINTS = 1000  # maximum number of joints of a file, and between base and tip
-ENDLESS = 1e3  # [rad, m] a limit this large means a joint without an end; files write 999999
+MAX_FILE_JOINTS = 1000  # maximum number of joints in a file, and between base and tip
+ENDLESS = 1e3  # [rad, m] a joint with a limit this large counts as a joint without limits; files write 999999
 STEP, ROUNDED = (
     pi / 12,
     1e-5,
-)  # [rad] angles this close to a multiple of 15 deg are exact: files contain 1.5708 for a right angle
+)  # [rad] angles this close to a multiple of 15 deg are rounded to it, because files contain 1.5708 for a right angle
 
 MOVING = {"revolute": JointKind.REVOLUTE, "continuous": JointKind.REVOLUTE, "prismatic": JointKind.PRISMATIC}
 FIXED = "fixed"
-LOOSE = ("floating", "planar")  # types of joints of a vehicle
+LOOSE = ("floating", "planar")  # joint types that only a vehicle may have
 _CHAIN = "an arm is a chain without loops"
 
 _DECLARATION = re.compile(r"<\?xml\s[^>]*\?>")
@@ -162,7 +172,7 @@ _TEXT = "a robot description is an XML file"
 
 
 def robot_element(file: str, text: str) -> Element:
-    """Return the root of a URDF file. Raises FileDamaged."""
+    """Parse the text of a URDF file, and return its root element. Raises FileDamaged."""
     if len(text) > MAX_FILE_CHARS:
         raise FileDamaged(f"{file}: {len(text)} characters", f"at most {MAX_FILE_CHARS} are read")
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
@@ -183,17 +193,21 @@ def robot_element(file: str, text: str) -> Element:
 
 
 def name_of(element: Element, key: str = "name") -> str:
-    """Return an element's name in one line, since XML parsers read line ends in a name as blanks."""
+    """Return an element's name (or another attribute), with each run of white space as one blank, as XML parsers do for
+    line ends.
+    """
     return " ".join(element.get(key, "").split())
 
 
 def expanding(file: str) -> str:
-    """Return the command that expands the macros of a file."""
+    """Return a hint with the command that expands the macros of a file."""
     return f"expand it first: xacro {file} > arm.urdf"
 
 
 class Range(NamedTuple):
-    """Limits [rad, m] and velocity [rad/s, m/s] of a joint in the file: None if missing, infinite if endless."""
+    """The limits [rad, m] and the velocity [rad/s, m/s] of a joint in the file: None for missing values, infinite for a
+    joint without limits.
+    """
 
     lower: float | None
     upper: float | None
@@ -201,7 +215,7 @@ class Range(NamedTuple):
 
     @property
     def endless(self) -> bool:
-        """Return whether a limit is so great that the joint counts as endless."""
+        """Return whether a limit is so large that the joint counts as a joint without limits."""
         return any(end is not None and abs(end) >= ENDLESS for end in (self.lower, self.upper))
 
 
@@ -215,7 +229,7 @@ class Mimic(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint between two links; its element is read when it is needed."""
+    """A joint between two links of a URDF file. The data in its XML element is read only when it is needed."""
 
     element: Element
     name: str
@@ -233,7 +247,7 @@ class Joint:
 
 
 class Tree:
-    """The joints of a file by their child links. Each link has one parent at most."""
+    """The link tree of a URDF file: its joints, found by their child links. Each link has at most one parent."""
 
     def __init__(self, file: str, robot: Element) -> None:
         self.file, self.robot, self.name = file, robot, name_of(robot) or "robot"
@@ -296,7 +310,9 @@ class Tree:
         return self.roots[0]
 
     def way(self, base: str, tip: str) -> list[Joint]:
-        """Return the joints from base to tip."""
+        """Return the joints between the links base and tip, in this order. Raises FileDamaged if the tip is not below
+        the base.
+        """
         way: list[Joint] = []
         link = tip
         while link != base:
@@ -309,18 +325,18 @@ class Tree:
         return way[::-1]
 
     def together(self, link: str) -> list[str]:
-        """Return the links that are fixed to a link, below it, with the link itself first."""
+        """Return a link and all links below it that fixed joints connect to it."""
         found = [link]
         for parent in found:
             found += [joint.child for joint in self.below.get(parent, ()) if not joint.moves]
         return found
 
     def nearest(self, link: str) -> list[Joint]:
-        """Return the next moving joints below a link."""
+        """Return the moving joints that are attached to a link or to links fixed to it."""
         return [joint for held in self.together(link) for joint in self.below.get(held, ()) if joint.moves]
 
     def moving_below(self, joint: Joint) -> Iterator[Joint]:
-        """Yield a joint and all moving joints behind it."""
+        """Yield a joint and all moving joints below it in the tree."""
         left = [joint]
         while left:
             joint = left.pop()
@@ -346,13 +362,13 @@ class Tree:
 
     def mimic(self, joint: Joint) -> Mimic:
         found = joint.element.find("mimic")
-        assert found is not None  # the caller has checked that the element exists
+        assert found is not None  # callers check first that the element exists
         (factor,) = self.numbers(joint.element, "mimic multiplier", found.get("multiplier", "1"), 1)
         (offset,) = self.numbers(joint.element, "mimic offset", found.get("offset", "0"), 1)
         return Mimic(name_of(found, "joint"), factor, offset)
 
     def _limit(self, joint: Joint, values: Mapping[str, str], key: str) -> float | None:
-        """Return a number that may be infinite; None if it is missing."""
+        """Return the number (perhaps infinite) with this key; None if it is missing."""
         if key not in values:
             return None
         with suppress(ValueError):
@@ -361,7 +377,9 @@ class Tree:
         return self.numbers(joint.element, f"limit {key}", values[key], 1)[0]
 
     def origin(self, element: Element) -> Transform:
-        """Return T_parent_child while the joint is 0: fixed axes, roll about x first (URDF)."""
+        """Return the transform of the element `origin`, such as T_parent_child while a joint is 0. The angles of URDF
+        are roll, pitch, yaw about fixed axes.
+        """
         origin = element.find("origin")
         values: Mapping[str, str] = {} if origin is None else origin.attrib
         x, y, z = self.numbers(element, "origin xyz", values.get("xyz", "0 0 0"), 3)
@@ -372,7 +390,7 @@ class Tree:
         return at_position(turned, x, y, z)
 
     def axis(self, joint: Joint) -> Vector:
-        """Return the joint's axis in the frame of its child link."""
+        """Return the axis of a joint, as a unit vector in the frame of its child link."""
         axis = joint.element.find("axis")
         text = "1 0 0" if axis is None else axis.get("xyz", "1 0 0")
         x, y, z = self.numbers(joint.element, "axis xyz", text, 3)
@@ -382,7 +400,9 @@ class Tree:
         return x / length, y / length, z / length
 
     def numbers(self, element: Element, what: str, text: str, count: int) -> tuple[float, ...]:
-        """Return the numbers of an attribute, `count` of them. Raises FileDamaged with the element's name."""
+        """Parse the text of an attribute as `count` numbers. `what`: the attribute's name in errors. Raises FileDamaged
+        with the element's name.
+        """
         try:
             values = tuple(map(float, text.split()))
         except ValueError:
@@ -396,7 +416,7 @@ class Tree:
         return values
 
     def wrong(self, joint: Element, what: str, right: str) -> FileDamaged:
-        """Return the error for a joint, and what would be right."""
+        """Return the error for a joint. `what`: what is wrong; `right`: what would be right."""
         return FileDamaged(f"{self.file}: joint {name_of(joint) or '?'}: {what}", right)
 
 
