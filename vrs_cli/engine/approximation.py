@@ -61,7 +61,9 @@ class ToolLine(NamedTuple):
         return sum(self.offset + time < t for time in self.times)
 
     def split_at(self, t: float, tip: Vector) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
-        """Return the points before a time [s] and those after it, both with the tip at that time."""
+        """Split the line at a time [s]: return the points up to `tip`, the position of the tip at that time, and the
+        points from `tip` on.
+        """
         count = self.count_passed(t)
         return (*self.points[:count], tip), (tip, *self.points[count:])
 

@@ -251,7 +251,7 @@ class Book:
         previous change, `deltas` keeps only the part that the robot has executed.
         """
         self._change([delta], goes_on=True)
-        if len(self.deltas) % PART != 1:  # the first delta of a part stays as it is in the file
+        if len(self.deltas) % PART != 1:  # at the start of a part of the log, both deltas stay as they are in the file
             before = self.deltas[-2]
             kept = before.segments[: delta.keep - before.keep]
             shorter = delta._replace(drop=delta.drop - len(before.segments) + len(kept))

@@ -57,7 +57,7 @@ TANGENT_STEP = 1e-5  # [m] step of the finite differences at the end of a line t
 TANGENT_SLOPE = 1e-8  # [m] maximum slope of a clearance [m2] along a path that counts as a tangent
 NEWTON_STEPS = 3
 MAX_TOUCH_CHANGE = 0.01  # [rad, m] maximum change of a joint at a touch of a boundary that does not count as a jump
-STRAIGHTENINGS = 2  # number of corrections of the wrist; the second removes the rounding errors of the first
+STRAIGHTENINGS = 2  # number of corrections of the wrist; the second one removes the rounding errors of the first
 
 
 class Touch(NamedTuple):
@@ -271,7 +271,7 @@ class Kinks:
         return sorted(stops, key=lambda stop: stop.part)
 
     def end_on_boundary(self) -> Transform:
-        """Return T_robot_tool at the end of the line, moved exactly onto the boundary to which the line is a tangent.
+        """Return T_robot_tool at the end of the line, moved exactly onto the boundary to which the line is tangent.
 
         Without this correction, the joints would change their direction in the last instant, next to the boundary.
         """

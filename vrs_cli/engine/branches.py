@@ -1,8 +1,8 @@
 """Try other timelines of the same robot on what-if branches, which users can compare, merge or drop.
 
 A branch begins as a copy of the timeline, clock, settings and undo history. The copy costs little, since timelines
-share their common parts. The journal records only `main`. The changes of a branch get into `main` only by `merge`, as
-ordinary deltas.
+share their common parts. The journal records only `main`. The changes of a branch are added to `main` only by `merge`,
+as ordinary deltas.
 """
 
 from __future__ import annotations

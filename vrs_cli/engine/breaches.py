@@ -39,7 +39,7 @@ LIMIT_EXCESS = 1e-4  # allowed excess over a limit, as a fraction of the limit
 JERK_EXCESS = 1.05  # allowed factor on the jerk limit, since between samples only an upper bound of the jerk is known
 # [rad, m] joints farther than this from the proved joints are on another branch of the inverse kinematics
 BRANCH_TOLERANCE = 1e-2
-# [rad] maximum distance of a joint from its seed; beyond half a revolution the seed selects another one
+# [rad] maximum distance of a joint from its seed; beyond half a revolution (pi) the seed selects another revolution
 MAX_SEED_DISTANCE = 3.0
 
 

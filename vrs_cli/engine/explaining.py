@@ -225,7 +225,8 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> results.
     solutions = []
     for option in reach.options:
         way = option.configuration
-        steps = arm.branch_steps(T_robot_flange, way, option.joints or arm.middle)  # free joints keep their values
+        # joints that the closed form leaves free keep these values
+        steps = arm.branch_steps(T_robot_flange, way, option.joints or arm.middle)
         near = arm.inverse_branch(T_robot_flange, way, here) if option.usable else None
         time = None if near is None else arm.shortest_time(here, near)
         solutions.append(results.SolutionSteps(option, steps, time))

@@ -265,7 +265,7 @@ def fit_delta(
     keep, count, edit = delta.keep - first, len(timeline), delta.events
     if keep < 1 or (edit is not None and edit.keep < known.first):
         return None
-    if timeline.world is not None:  # None if the change comes before the time at which the world is known
+    if timeline.world is not None:  # a change before the time from which the world is known needs a new snapshot
         first_change = min([delta.cut, *(() if edit is None else [event.time for event in edit.events[:1]])])
         if first_change < timeline.world.time:
             return None

@@ -214,7 +214,7 @@ class Follower:
 
     def _check_range(self, path: CartesianPath, samples: list[Sample], gap: float) -> None:
         """Check that no joint leaves its range between samples, which are at most `gap` [s] apart."""
-        # bound of the way of a joint between two neighbouring samples, which `_close` has accepted
+        # maximum distance that a joint moves between two samples that `_close` has accepted
         way = JOINT_STEP + MAX_JUMP + 0.5 * gap * max(self.rate_steps)
         far = 2.0 * OVERSHOOT * way + MAX_JUMP
         self.widest, outside = 0.0, False

@@ -130,9 +130,9 @@ class Undone(Struct, frozen=True):
 
 
 class History:
-    """The steps of one robot. `done`: the steps that are not undone, oldest first, without the oldest ones, of which
-    `forgotten` were commands. `undone`: the steps that were undone, the next step of REDO last; None for a forgotten
-    step.
+    """The steps of one robot. `done`: the steps that are not undone, oldest first; the oldest ones may be missing, of
+    which `forgotten` were commands. `undone`: the steps that were undone, the next step of REDO last; None for a
+    forgotten step.
     """
 
     def __init__(

@@ -280,7 +280,7 @@ class _Edit(Struct, frozen=True, dict=True):
         first = self.tail.next
         assert first is not None
         tail = self.tail.after(first.motion)
-        motion = tail.before.motion  # the first segment may be a stop of another profile
+        motion = tail.before.motion  # not that of `first`, which may be a stop with another profile
         try:
             new = self._plan_next(first, retarget(self.arm, motion, self.place.joints.joints))
         except MotionError as error:

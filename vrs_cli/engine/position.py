@@ -1,6 +1,6 @@
-"""The current position function g: where the robot is at any time, past or future.
+"""The current position function g(theta; tau[k], t): where the robot is at any time t, past or future.
 
-g(theta; tau[k], t). A single time is evaluated in plain floats (bisection and Horner), many times with arrays.
+A single time is evaluated in plain floats (bisection and Horner's rule), many times together with arrays.
 """
 
 from __future__ import annotations

@@ -264,7 +264,7 @@ class _Line:
             factor = load.slowing * SLOWING_MARGIN
             self.least *= factor
             stretches = self._stretches(self.limits.slow_down(factor, factor * factor, factor * factor * factor))
-            if len(stretches) != len(seeds):  # a very short cruise has appeared or disappeared
+            if len(stretches) != len(seeds):  # the stretches differ: a very short cruise has appeared or disappeared
                 seeds, _ = self._follow(stretches, self._instants(stretches, found.marks))
         return self._segments(stretches, seeds)
 

@@ -62,7 +62,8 @@ class MeasuredTimeline(Sequence[Report]):
 
     def __init__(self, joint_count: int, chunks: tuple[ReportColumns, ...] = ()) -> None:
         self.joint_count = joint_count
-        self._last = chunks[-1].count if chunks else 0  # reports of the last chunk in this view; it may grow
+        # number of reports of the last chunk in this view; the chunk may grow
+        self._last = chunks[-1].count if chunks else 0
         self._chunks = chunks
         self._firsts: list[int] | None = None  # index of the first report of each chunk, and the number of all reports
 
@@ -278,7 +279,7 @@ class MeasuredRecord:
         """All reports so far, as a view that later reports do not change."""
         version, view = self._view
         if version != self._version:
-            version = self._version  # read before the reports: if reports are added meanwhile, the view is made again
+            version = self._version  # read first: if reports are added during this call, the next call makes a new view
             view = MeasuredTimeline(self.joint_count, tuple(self._chunks))
             self._view = version, view
         return view
@@ -328,7 +329,7 @@ class MeasuredRecord:
     def _append(self, report: Report) -> None:
         if not self._chunks or self._chunks[-1].full:
             made = ReportColumns(self.joint_count)
-            made.put(report)  # before they are added: readers must not see columns without a report
+            made.put(report)  # first: readers must not see columns without a report
             self._chunks.append(made)
         else:
             self._chunks[-1].put(report)
@@ -367,14 +368,14 @@ class MeasuredRecord:
         self._version += 1
 
     def take(self, other: MeasuredTimeline) -> None:
-        """Insert all reports of a measured timeline, as `add_columns` does."""
+        """Insert all reports of a measured timeline; the rules of `add_columns` hold."""
         for columns, first, last in other.parts():
             part = ReportColumns(self.joint_count, last - first)
             part.extend(columns, first, last)
             self.add_columns(part)
 
     def forget_before(self, t: float) -> None:
-        """Drop columns whose reports are all earlier than t [s], except the last column."""
+        """Drop the chunks whose reports are all earlier than t [s], except the last chunk."""
         gone = min(bisect_left(self._chunks, t, key=_end), len(self._chunks) - 1)
         if gone > 0:
             del self._chunks[:gone]

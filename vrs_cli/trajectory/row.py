@@ -2,17 +2,17 @@
 parts of rows.
 
 A segment object is made only on demand; the position function g reads the columns directly. A row grows only at its
-end. Paths are shared with whoever else holds them (other rows, deltas, UNDO). Paths far from the end of a row are
-packed, since they are seldom read: an hour of steering has 180,000 segments. Motions are packed after old deltas have
-been stored as parts of the row. A row that is stored elsewhere may be removed from memory. It is read back on demand,
-for every timeline that has a part of it.
+end. Paths are shared with other rows, deltas and UNDO. Paths far from the end of a row are packed, since they are
+seldom read: an hour of steering has 180,000 segments. Motions are packed after old deltas have been stored as parts of
+the row. A row that is stored elsewhere may be removed from memory. It is read back on demand, for every timeline that
+has a part of it.
 
 To evaluate the timeline at many times at once, a block of a row is converted to a table of arrays. The table is made
 when the block is first needed in this form, and kept with the row. Rows are shared by all versions of a timeline that
-have a part of them, so after an edit only the new part becomes a table.
+have a part of them, so after an edit only the new part must be converted.
 
 Events are in a second rope of the timeline, of the same kind, so an edit shifts any number of events by changing a few
-nodes. A row of events knows where each channel changes.
+nodes. A row of events also has an index of the changes of each channel.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class RowStore(Protocol):
     """A place outside memory, such as a file, that holds a row."""
 
     def read(self) -> Row:
-        """Read the stored row, which is identical to the bit. Raises FileError."""
+        """Return the row, bit for bit as it was stored. Raises FileError."""
 
 
 class Row(Sequence[Segment]):

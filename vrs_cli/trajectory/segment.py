@@ -1,8 +1,8 @@
 """A segment (t_s, t_f, a): an interval of the timeline on which the path is polynomial in t - t_s.
 
-In joint space each joint is a polynomial. In Cartesian space the position of the tool tip is three polynomials and its
-orientation is a base rotation times rotations about fixed axes by polynomial angles: R(t) = R_0 Rot(k_1, phi_1(t))
-Rot(k_2, phi_2(t)) ...; both are given in the robot's own frame, as T_robot_tool [m, rad].
+In joint space each joint is a polynomial. In Cartesian space the position of the tool tip is three polynomials and
+its orientation is a base rotation times rotations about fixed axes by polynomial angles:
+R(t) = R_0 Rot(k_1, phi_1(t)) Rot(k_2, phi_2(t)) ...; both are given in the robot's own frame, as T_robot_tool [m, rad].
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class JointPath(Struct, eq=False, gc=False):
             (self._rows, self._length) == (other._rows, other._length) or self.coefficients == other.coefficients
         )
 
-    def __ne__(self, other: object) -> bool:  # the __ne__ of Struct compares identities
+    def __ne__(self, other: object) -> bool:  # without it, the __ne__ of Struct would compare identities
         return not self == other
 
     def __hash__(self) -> int:
@@ -360,7 +360,7 @@ def _places(
         return lambda s: (*value_and_rate(x, s), *value_and_rate(y, s), *value_and_rate(z, s))
     (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [
         (*a, 0.0, 0.0)[:3] for a in (x, y, z)
-    ]  # by far the most frequent: parabolas
+    ]  # parabolas are by far the most frequent case
 
     def place(s: float) -> tuple[float, float, float, float, float, float]:
         return (

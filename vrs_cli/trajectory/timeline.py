@@ -91,7 +91,7 @@ class Timeline:
 
     def __getitem__(self, index: int) -> Segment:
         found: Segment
-        last, found = self._last_read  # an edit reads the segment at its cut several times
+        last, found = self._last_read  # cached, because an edit reads the segment at its cut several times
         if index == last:
             return found
         count = self._rope.node.count
@@ -180,7 +180,7 @@ class Timeline:
         return self._events is other._events
 
     def event(self, index: int) -> Event:
-        """Return the event of an index, counted from 0. Raises IndexError."""
+        """Return the event with an index, counted from 0. Raises IndexError."""
         if self._events is None or not 0 <= index < self.event_count:
             raise IndexError(index)
         found: Event = rope.item(self._events, index)
@@ -387,7 +387,9 @@ class DeltaLog(Sequence[TimelineDelta]):
         return again
 
     def put_away(self, number: int, kept: KeptDeltas) -> None:
-        """Remove from memory the parts that end before delta `number`, except the last two parts."""
+        """Remove from memory the parts that end before delta `number`, except the last two parts; the store `kept` has
+        them.
+        """
         last = min(number // PART, len(self._parts) - UNPACKED_PARTS)
         for place in range(self._away, last):
             self._parts[place] = AwayDeltas(kept, place)
@@ -466,7 +468,7 @@ class DeltaColumns:
         self.version = deltas[0].version
         self._causes, which = [deltas[0].cause], []
         motions = [deltas[0].motion]
-        for delta in deltas:  # deltas of steering have the cause and the motion of the previous delta
+        for delta in deltas:  # store equal neighbouring causes and motions once: steering has many
             if delta.motion is not motions[-1] or delta.cause is not self._causes[-1]:
                 self._causes.append(delta.cause)
                 motions.append(delta.motion)

@@ -35,7 +35,7 @@ from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits
 from vrs_cli.values.commands import Motion
 
 VERSION = 2  # increase it if a law plans a state differently; in version 1, all joints of SCURVE shared all times
-SLIVER = 1e-6  # [s] a shorter cruise is left out
+SLIVER = 1e-6  # [s] a cruise shorter than this is left out
 Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) pairs of one joint, in order
 # a cubic of one joint: its start [grid instants], its start [s], and its four coefficients
 Row = tuple[int, float, float, float, float, float]
@@ -319,7 +319,7 @@ class ToolMotion:
         """
 
     def stretches(self, course: Course) -> Iterator[ToolStretch]:
-        """Yield the stretches of the line; none if the course has no length."""
+        """Yield the stretches of the line with the times of a course; none if the line has no length."""
         reach, state, change = course.reach, self.state, course.change
         if reach <= 0.0:
             return

@@ -5,7 +5,7 @@ or, in Cartesian space, position and rotation of the tool tip. They blend from t
 velocity v1 in `blend` seconds, cruise, and slow down to rest in `slow` seconds, all at constant acceleration. With D
 the remaining displacement,
 
-D = blend (v0 + v1) / 2 + v1 cruise + v1 slow / 2, v1 = (D - v0 blend / 2) / S, S = blend/2 + cruise + slow/2.
+    D = blend (v0 + v1) / 2 + v1 cruise + v1 slow / 2,   v1 = (D - v0 blend / 2) / S,   S = blend/2 + cruise + slow/2.
 
 The time is minimal for the greatest u = 1/S that a given blend time allows; the blend time is searched. (Craig,
 Introduction to Robotics, 7.3 "Linear function with parabolic blends", extended to a moving start.)
@@ -13,11 +13,14 @@ Introduction to Robotics, 7.3 "Linear function with parabolic blends", extended 
 Steering, a tick at a time: the joints follow a moving target, each as well as its limits allow. Every joint wants the
 velocity `w + g(e)`: the velocity of its target, plus a velocity that removes the error e within the response time T.
 This is g(e) = e / (2 T), but at most sqrt(a |e|), from which the joint can brake within the distance e. The joint
-changes its velocity to the wanted one within T / 2. If limits do not matter, this is the critically damped law q'' = e
-/ T^2 + 2 (w - q') / T for a target that keeps its velocity w, so the joint follows such a target without a lag. The
-acceleration is held for one tick, as a parabola. If no other target comes, the joints coast for a while and then brake.
-A joint always leaves itself room for both before the end of its range. So a joint that begins inside its range stays
-inside, whatever targets come.
+changes its velocity to the wanted one within T / 2. If limits do not matter, this is the critically damped law
+
+    q'' = e / T^2 + 2 (w - q') / T
+
+for a target that keeps its velocity w, so the joint follows such a target without a lag. The acceleration is held for
+one tick, as a parabola. If no other target comes, the joints coast for a while and then brake. A joint always leaves
+itself room for both before the end of its range. So a joint that begins inside its range stays inside, whatever targets
+come.
 """
 
 from __future__ import annotations
@@ -234,7 +237,7 @@ def _times_on_grid(demands: Demands, blend: float, least: float) -> Course:
             # rounding has left no u between the bounds: try a longer blend
             blend = up_to_grid(blend * 1.001) + BLEND_ROOM
         elif times.total < least - SLIVER:
-            # the motion starts so fast that it would have to turn back to last that long
+            # a longer blend: the motion starts so fast that it would otherwise have to turn back to last `least`
             blend = up_to_grid(blend * LONGER_BLEND)
         else:
             return times
@@ -252,7 +255,7 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
     u = max(u / MARGIN, 0.5 * (demand.low + u))  # leave a margin for rounding on both sides of u
     rest = least - 0.5 * blend
     square = rest * rest - 2.0 * demand.slowing
-    # for every u, the total time 1/u + (blend + slowing u) / 2 is at least this long
+    # the u for which the total time 1/u + (blend + slowing u) / 2 is `least`; inf if it is longer for every u
     slow_enough = 2.0 / (rest + sqrt(square)) if rest > 0.0 and square > 0.0 else inf
     u = max(min(u, slow_enough), min(u, demand.low * (1.0 + BLEND_ROOM * u)))
     slow = up_to_grid(demand.slowing * u)

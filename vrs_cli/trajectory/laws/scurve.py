@@ -9,7 +9,7 @@ With
 
 everything is linear in v1 for given times, and the remaining displacement D requires
 
-v1 = E u, E = D - v0 b - a0 K0 + lag (v0 + a0 rise/2), 1/u = lag + cruise + slow/2, lag = K1 / R.
+    v1 = E u,   E = D - v0 b - a0 K0 + lag (v0 + a0 rise/2),   1/u = lag + cruise + slow/2,   lag = K1 / R.
 
 Slowing down is a change to zero with equal ramps. For given times of the change, the greatest u within all limits gives
 the shortest motion; the times of the change are searched. (Biagiotti and Melchiorri, Trajectory Planning for Automatic
@@ -323,7 +323,7 @@ def _times_on_grid(demands: Demands, change: Change, least: float) -> Course:
             return course
         change = Change(
             change.rise, change.hold * 1.001 + BLEND_ROOM + SLIVER, change.fall
-        )  # rounding errors have used up the margin
+        )  # try a longer change: rounding errors have used up the margin
     raise NoTimes("no change of velocity on the time grid leads to the target")
 
 

@@ -3,7 +3,7 @@
 A joint changes its velocity to v1, cruises, and slows down to rest, at constant jerks. The distance that it covers in a
 time T,
 
-x(v1) = distance of both changes + v1 (T - time of both changes), dx/dv1 = cruise + (fall + ramp) / 2 > 0,
+    x(v1) = distance of both changes + v1 (T - time of both changes),    dx/dv1 = cruise + (fall + ramp) / 2 > 0,
 
 grows with v1, so Newton's method finds the v1 with the right distance. `fall` is the end of the first change, in which
 the acceleration goes to zero, `ramp` the start of the second. So a joint never exceeds its velocity limit, unless its
@@ -107,7 +107,7 @@ def phases(joint: Joint, v1: float, a_max: float) -> Phases:
     """Return the quickest changes to velocity v1 and from there to rest, with accelerations up to a_max."""
     _, v0, a0, _, _, jerk = joint
     dv, a, sign = v0 - v1, a0, -1.0
-    if dv + 0.5 * a * abs(a) / jerk < 0.0:  # the joint must become faster than its present acceleration would make it
+    if dv + 0.5 * a * abs(a) / jerk < 0.0:  # the joint must become faster than its current acceleration would make it
         dv, a, sign = -dv, -a, 1.0
     square = jerk * dv + 0.5 * a * a
     size, hold = sqrt(square) if square > 0.0 else 0.0, 0.0
@@ -145,7 +145,7 @@ def _arriving(joint: Joint, whole: float) -> Phases | float:
         found = _in_two(joint, whole, abs(quick.cruising))
         if _arrives(joint, found, whole):
             return found
-        # this solution is slower than the quickest one, which lasts too long, and has no cruise phase
+        # next, find the motion without a cruise phase whose velocity is lower than that of `found`
         sign = 1.0 if found.cruising > 0.0 else -1.0
         speed = _root(lambda speed: sign * _past(joint, sign * speed), 0.0, abs(found.cruising))
         quick = phases(joint, sign * speed, joint.max_acceleration)

@@ -292,7 +292,7 @@ def _jerk(one: Joint, tick: float) -> float | None:
     """
     least = min(max(-one.j_max, (-one.a_max - one.a) / tick), one.j_max)
     most = max(min(one.j_max, (one.a_max - one.a) / tick), -one.j_max)
-    # the acceleration that the joint wants at the end of the tick leads to the jerk
+    # the wanted velocity determines the acceleration at the end of the tick, and so the jerk
     error = one.p - one.q
     closing = min(
         abs(error) / (RESPONSE_TICKS * tick),
