@@ -47,8 +47,8 @@ STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))  # the bounds of a solid that doe
 
 
 class Checker:
-    """Finds contacts of an arm in a scene. `clearance`: solids closer than this also count as touching [m]. `allow`:
-    pairs of names whose contacts are ignored; "hand" also names the last link.
+    """A search for contacts of an arm in a scene. `clearance`: solids closer than this also count as touching [m].
+    `allow`: pairs of names whose contacts are ignored; "hand" also names the last link.
 
     Each owner of solids has a number, its index in `names`: first the base and the links, then the floor, the fixtures
     and the parts, which begin at `first_part`.

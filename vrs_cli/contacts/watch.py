@@ -29,7 +29,7 @@ MAX_CONTACTS = 1000  # maximum number of contacts kept
 
 
 class ContactWatch:
-    """Checks the motions of an engine for contacts. `around`: returns the scene of the cell and its world, which
+    """A check of an engine's motions for contacts. `around`: returns the scene of the cell and its world, which
     computes the states of parts (None: no world). `tell`: shows a message to the user. `checker`: the checker used
     last, or None."""
 

@@ -85,8 +85,8 @@ class _Part(Struct):
 
 
 class Script(Outside):
-    """Devices whose arrivals come from a script. Warns once if a program writes a text that differs from the
-    recording."""
+    """Devices whose arrivals come from a script. The user is warned once if a program writes a text that differs from
+    the recording."""
 
     def __init__(self, lines: Iterable[UnitLine], patience: float = inf) -> None:
         super().__init__(patience=patience)

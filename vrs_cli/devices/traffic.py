@@ -83,7 +83,7 @@ class _Port(NamedTuple):
 
 
 class Traffic:
-    """Serves ports and connections in a separate thread. `arrived`: called in this thread with each arrival."""
+    """The thread that serves ports and connections. `arrived`: called in this thread with each arrival."""
 
     def __init__(self, arrived: Callable[[Arrival], None]) -> None:
         self._arrived = arrived

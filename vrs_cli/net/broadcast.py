@@ -133,8 +133,8 @@ class Round:
 
 
 class Channel:
-    """Sends the same samples to its listeners: all listeners that follow the robot at one rate, or a single listener
-    with its own playback."""
+    """A group of listeners that get the same samples: all that follow the robot at one rate, or a single listener with
+    its own playback."""
 
     def __init__(self, viewer: Viewer) -> None:
         self.viewer, self.round = viewer, Round()
@@ -176,7 +176,7 @@ STEPS: Mapping[messages.PlayStep, Callable[[Playback, float, float], Playback]] 
 
 
 class Broadcast:
-    """Sends changes, news and samples of one robot to its listeners. `stream`: numbers and encodes the changes.
+    """A sender of one robot's changes, news and samples to its listeners. `stream`: numbers and encodes the changes.
     `course`: computes the course of the world (parts, sensors and contacts over time); None without a cell."""
 
     def __init__(

@@ -104,8 +104,8 @@ class Known(Struct, frozen=True):
 
 
 class CourseComputer:
-    """Computes the course of a timeline and its contacts, step by step. Pure; use it in one thread at a time. `now`:
-    returns the robot's clock [s]. `looks`: whether to search for contacts too, if MuJoCo is installed."""
+    """A computation of the course of a timeline and its contacts, step by step. Pure; use it in one thread at a time.
+    `now`: returns the robot's clock [s]. `looks`: whether to search for contacts too, if MuJoCo is installed."""
 
     def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
         self._world, self._now = world, now
@@ -197,7 +197,7 @@ def clip_contacts(touches: Iterable[ContactSpan], begin: float, end: float) -> I
 
 
 class CourseTeller:
-    """Computes the course of one robot's world for its listeners. The thread of the connections calls all methods
+    """The source of the course of one robot's world for its listeners. The thread of the connections calls all methods
     except `step`, which another thread calls."""
 
     def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:

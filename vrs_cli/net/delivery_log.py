@@ -41,7 +41,7 @@ USUAL = Bounds()
 
 
 class DeliveryLog:
-    """Keeps the messages that must reach one user. `key`: the secret with which the user can resume the connection.
+    """The messages that must reach one user. `key`: the secret with which the user can resume the connection.
     `seq`: the number of the last message to the user. `put`: sends a frame over the connection; None while it is cut.
     `waiting`: the ids of unfinished commands. `ended`: the final answers of finished commands, by id. `questions`: the
     unanswered questions, by number.

@@ -325,10 +325,10 @@ class OwnNames:
 
 
 class HttpAnswers:
-    """Answers HTTP requests at the `port` of a server. `find`: returns the grant of a token that came from an address.
-    `tokens`: the server requires tokens. `robots`: returns the names of a grant's robots. `own`: returns the names of
-    the wanted robot and of the grant's own robots. `find` and `own` raise RequestRefused. `mesh`: returns a mesh of a
-    robot; raises NonexistentFile.
+    """The answers to HTTP requests at the `port` of a server. `find`: returns the grant of a token that came from an
+    address. `tokens`: the server requires tokens. `robots`: returns the names of a grant's robots. `own`: returns the
+    names of the wanted robot and of the grant's own robots. `find` and `own` raise RequestRefused. `mesh`: returns a
+    mesh of a robot; raises NonexistentFile.
     """
 
     port = 0

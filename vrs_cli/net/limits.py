@@ -100,7 +100,7 @@ class Share:
     """The CPU budgets of a user who only views while another user drives.
 
     Requests made while the user types a line (completion, checks) have their own budget, so that they do not delay the
-    line. `all`: the common budget of all viewing users; it delays a user only after more than an equal share was used.
+    line. `all`: the common budget of all viewing users; it delays only users who have used more than an equal share.
     """
 
     def __init__(self, allowance: Allowance, all: Bucket, now: float) -> None:
@@ -159,7 +159,7 @@ class Crowd:
 
 
 class Meter:
-    """Limits the CPU time of one robot's programs to a fraction of a core, averaged over a window."""
+    """The limit of the CPU time of one robot's programs: a fraction of a core, averaged over a window."""
 
     def __init__(self, allowance: Allowance, now: float) -> None:
         self._allowance, self._used, self._looked = allowance, 0.0, now
@@ -192,9 +192,9 @@ SEND_TIMEOUT_S = 5.0  # [s] not shorter, because TCP takes hundreds of KB at onc
 
 
 class SendPace:
-    """Decides whether a robot waits until a user has received the output of TYPE: in virtual time a program types as
-    fast as it computes. `waiting`: unsent bytes for the user. If the user takes fewer than MIN_PROGRESS_BYTES in
-    SEND_TIMEOUT_S, the robot does not wait again until only LOW_WATER_BYTES are unsent.
+    """The decision whether a robot waits until a user has received the output of TYPE. In virtual time, a program
+    writes as fast as it computes. `waiting`: unsent bytes for the user. If the user takes fewer than MIN_PROGRESS_BYTES
+    in SEND_TIMEOUT_S, the robot does not wait again until only LOW_WATER_BYTES are unsent.
     """
 
     def __init__(self) -> None:

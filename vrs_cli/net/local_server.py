@@ -39,7 +39,7 @@ HERE = ListenAddress("127.0.0.1", 0)
 
 
 class PagePlace(Struct, frozen=True):
-    """Where and how a page is served: the listening address, the secret that opens it, and its files."""
+    """The listening address of a page, the secret that opens it, and its files."""
 
     address: ListenAddress
     secret: str

@@ -88,8 +88,8 @@ def _reason(error: Exception) -> str:
 
 
 class Publisher:
-    """Publishes robots over NATS. `told`: callback for messages about the connection to NATS. Call all methods in the
-    thread of the event loop."""
+    """A publisher of robots over NATS. `told`: callback for messages about the connection to NATS. Call all methods in
+    the thread of the event loop."""
 
     def __init__(self, url: str, told: Callable[[str], None]) -> None:
         self._url, self._told = url, told

@@ -77,7 +77,7 @@ class PreviewPlan(Struct, frozen=True):
 
 
 class Preview:
-    """Predicts the timeline of a robot from the known timeline and all commands on their way. `forward`: the expected
+    """A prediction of a robot's timeline from the known timeline and all commands on their way. `forward`: the expected
     delay D_f of a command [s]. Any thread may call any method.
     """
 

@@ -144,8 +144,8 @@ class RelayedConnection(ClientConnection):
 
 
 class RelayedEnd(FarEnd):
-    """The relay's model of a robot that a page is connected to. `ahead`: the initial value of how far ahead the robot
-    is shown. `cell`: as in RelayedConnection."""
+    """The relay's view of a robot to which a page is connected: it follows and predicts the robot. `ahead`: how far
+    ahead the robot is shown at first. `cell`: as in RelayedConnection."""
 
     connection: RelayedConnection
 
@@ -230,14 +230,14 @@ _from_page: Reader[messages.FromClient | LookAhead] = Reader(messages.FromClient
 
 
 class _NoRedirects(HTTPRedirectHandler):
-    """Follows no redirections, so that a server cannot make this machine send requests to other machines."""
+    """A handler that follows no redirections, so that a server cannot make this machine ask other machines."""
 
     def redirect_request(self, *_: object) -> None:
         """Return None: the redirection is raised as an HTTPError."""
 
 
 class Relay:
-    """Relays connections to `robot` at `url`.
+    """A relay of connections to `robot` at `url`.
 
     `token`, `name`: sent to the robot's server. `secret`: sent by pages instead of the token. `window`: length of the
     past to request [s]; None: as the page requests. `cell`: the cell around a robot whose server has none; its parts

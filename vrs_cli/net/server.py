@@ -104,22 +104,22 @@ class SocketSink:
 
 
 class _Deflated(Extension):
-    """Marks a frame that is already deflated (RFC 7692, 6)."""
+    """An extension that marks a frame as already deflated (RFC 7692, 6)."""
 
     def encode(self, frame: Frame) -> Frame:
         return replace(frame, rsv1=True)
 
 
 class Inflating(PerMessageDeflate):
-    """Inflates received frames, and sends frames unchanged."""
+    """An extension that inflates received frames, and sends frames unchanged."""
 
     def encode(self, frame: Frame) -> Frame:
         return frame
 
 
 class SharedDeflate(ServerPerMessageDeflateFactory):
-    """Negotiates deflation that is done once for all connections: full windows, and contexts that continue from message
-    to message. If a client supports less, nothing is deflated for it.
+    """The negotiation of deflation that is done once for all connections: with full windows, and contexts that continue
+    from message to message. If a client supports less, nothing is deflated for it.
     """
 
     def __init__(self) -> None:
@@ -227,7 +227,7 @@ def _robot_in_path(socket: Socket) -> str:
 
 
 class Server:
-    """Serves the robots of a hub.
+    """A server of the robots of a hub.
 
     `tokens`: the users who may connect; None: everybody. `tell`: takes messages for the person who runs the server.
     `pages`: the page for browsers; None: no page. `relays`: relays to robots on other servers, by name. `opened`:
@@ -468,7 +468,7 @@ class Server:
         if name not in self._due:
             self._due[name] = asyncio.Event()
             room = self.hub.rooms[name]
-            room.pump()  # sends messages that arrived before `_due` had this robot
+            room.pump()  # sends messages from before `_pump` could find the room
             for hear in self.opened:
                 hear(room)
             self._broadcasts[name] = asyncio.create_task(self._broadcast(name))

@@ -80,7 +80,7 @@ class Packet(Struct, eq=False):
 
 
 class DeflateContext:
-    """Deflates a sequence of messages, each of which may refer to earlier ones."""
+    """A compressor for a sequence of messages, each of which may refer to earlier messages."""
 
     _numbers = count()
 
@@ -105,8 +105,8 @@ TEXT = MessageForm(text=True)  # the form with the longest messages, used to lim
 
 
 class Listening(NamedTuple):
-    """How a listener gets changes: in which form, whether deflated, and with what length of the past (`window` [s];
-    None: all of it)."""
+    """The way a listener gets changes: their form, whether they are deflated, and the length of the past that it gets
+    (`window` [s]; None: all of it)."""
 
     form: MessageForm
     deflates: bool = False

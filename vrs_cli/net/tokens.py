@@ -1,5 +1,5 @@
-"""Tokens: they say who may connect to a server, in which role, and to which robots. They are in a TOML file, which the
-server reads again when it has changed:
+"""Read and write tokens, which say who may connect to a server, in which role, and to which robots. They are in a TOML
+file, which the server reads again when it has changed:
 
     [[token]]
     name = "ada"                                # shown to other users, and the name of the token's own robots
