@@ -386,7 +386,7 @@ class WhyRefused(RobotAct[Sketch | None], frozen=True):
 
 
 class BoundaryCurves(TaggedValue, frozen=True):
-    """The boundary of the points that the tool can reach in its present configuration with its present TOOL. `lines`:
+    """The boundary of the points that the tool can reach in its current configuration with the current TOOL. `lines`:
     sequences of points (distance from the axis of joint 1 [m], height [m], angle about that axis [rad]) in the frame of
     the model's `base`, with joint 1 at 0. `turns`: the range of joint 1 [rad]; the lines rotate with this joint."""
 
@@ -414,7 +414,7 @@ class ReadDraft(UserAct[Findings], frozen=True):
 
 
 class Kept(TaggedValue, frozen=True):
-    """The name under which a program was stored; `said`: the last message about it."""
+    """The name under which a program was stored; `said`: the last message shown while the program was stored."""
 
     name: str
     said: str
@@ -432,7 +432,7 @@ class Attend(UserAct[None], frozen=True):
 
 
 class LeaveEntry(UserAct[None], frozen=True):
-    """Discard the program that is being typed. `why`: text before the message."""
+    """Discard the program that is being typed. `why`: the reason shown to the user before the message."""
 
     why: str = ""
 

@@ -200,7 +200,7 @@ class Break(Struct, frozen=True):
 
 
 class Brake(Struct, frozen=True):
-    """BRAKE: stop the present motion at once, within the limits, and drop all motions after it."""
+    """BRAKE: stop the current motion at once, within the limits, and drop all motions after it."""
 
 
 class OperateHand(Struct, frozen=True):
@@ -341,7 +341,7 @@ class SetAlter(Struct, frozen=True):
 
 
 class Alter(Struct, frozen=True):
-    """ALTER: displace the target of the present motion and of all later ones."""
+    """ALTER: displace the target of the current motion and of all later ones."""
 
     displacement: Transform
     text: str = ""

@@ -23,7 +23,7 @@ class Limit(Enum):
 class Hold(Struct, frozen=True, omit_defaults=True):
     """A limit that keeps the tool from its target. `joint`, counted from 1: the joint that is at its `end` (`lower`,
     `upper`), or at its maximum speed. `which`: `far` or `close` (out of reach), `shoulder`, `elbow` or `wrist`
-    (singularity), or the two bodies (contact)."""
+    (singularity), or the names of the two objects that would touch (contact)."""
 
     limit: Limit
     joint: int = 0

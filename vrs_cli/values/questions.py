@@ -24,7 +24,7 @@ class Confirmation(Asking, frozen=True):
 
 
 class Parting(Asking, frozen=True):
-    """The question of EXIT and Ctrl-D: `Leave ... (Y/N)?`. No answer means yes. `about`: text shown before the
+    """The question that EXIT and Ctrl-D ask: `Leave ... (Y/N)?`. No answer means yes. `about`: text shown before the
     question."""
 
     text: str
@@ -46,7 +46,7 @@ class LineWanted(Asking, frozen=True):
     wrong: str = ""
 
 
-# --- full screens: the answer is None if the terminal has none --------------------------------------------------------
+# --- full screens: the answer is None if the terminal has no full screen ---------------------------------------------
 
 
 class Editing(Asking, frozen=True):

@@ -126,7 +126,7 @@ class PicturedBody(Struct, frozen=True):
 class ArmPicture(TaggedValue, frozen=True, tag="Picture"):
     """The picture of SHOW: the arm at one time, as points in the world [m]. `links`: points from the base to the
     flange, including the corners of links; `joints`: those points that are joints. `past`, `planned`: the path of the
-    tool tip, as lines; `target`: the end of the present motion. `reach`: the outermost positions of the tool tip.
+    tool tip, as lines; `target`: the end of the current motion. `reach`: the outermost positions of the tool tip.
     `stamped`: show the time. `bodies`: the objects of the cell."""
 
     position: results.Position

@@ -54,7 +54,7 @@ class Position(Struct, frozen=True):
 
 
 class CommandRecord(Struct, frozen=True):
-    """A motion command, and the times at which its motion begins and ends on the present timeline [s]. If a later
+    """A motion command, and the times at which its motion begins and ends on the current timeline [s]. If a later
     command has dropped the motion, `executed` is the commanded time and `end` is None. `asked`: the time stamp of the
     command; None if it has none, so that the motion begins after the previous one."""
 
@@ -144,7 +144,7 @@ class Displacement(Struct, frozen=True):
 class Untrue(Struct, frozen=True):
     """A signal value that a program has read and that no longer holds, because an earlier part of the timeline changed.
     `number`: the number of the reading, as in `Motion.number`. `on`: the value that was read; `changed`: the signal
-    changed to `on` at the instant of the reading. `time` [s]: the time of the reading on the present timeline. `place`:
+    changed to `on` at the instant of the reading. `time` [s]: the time of the reading on the current timeline. `place`:
     the program and step; `command`: the next motion command, empty if there is none; `name`: the name of the signal, or
     empty."""
 
@@ -167,7 +167,7 @@ class WayOut(Struct, frozen=True):
 
 
 class LineCheck(Struct, frozen=True):
-    """The result of checking the straight line from the present position to a location. `length` [m]; `duration` [s] if
+    """The result of checking the straight line from the current position to a location. `length` [m]; `duration` [s] if
     the line is possible. Otherwise `trouble`: the error's text; `at` [m]: the distance at which the motion fails (None:
     unknown); `ways_out`: the possible alternatives. `stops` [m]: the distances at which the arm stops along a possible
     line before its end."""
@@ -442,7 +442,7 @@ class AnglesReport(TaggedValue, frozen=True):
 
 class SolutionSteps(Struct, frozen=True):
     """One configuration in EXPLAIN IK: the intermediate values by their symbols, and the time [s] that the slowest
-    joint takes from the present position at maximum velocity; None if the configuration cannot be used."""
+    joint takes from the current position at maximum velocity; None if the configuration cannot be used."""
 
     option: Option
     steps: Mapping[str, float] = {}

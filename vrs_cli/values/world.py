@@ -25,7 +25,8 @@ class SpanKind(Enum):
 
 class PartBegin(NamedTuple):
     """The state of a part, starting at `begin` [s]. `T`: T_world_part; for a held part T_flange_part; for a falling
-    part its pose at the start of the fall. `on`: the bodies on which the part rests, or onto which it falls."""
+    part its pose at the start of the fall. `on`: the names of the objects on which the part rests, or onto which it
+    falls."""
 
     begin: float
     kind: SpanKind
@@ -184,8 +185,8 @@ class ContactSpan(NamedTuple):
 
 class Contact(Struct, frozen=True):
     """The first contact of a motion: two bodies touch at `t` [s], at a point in the world [m]. `depth` [m]: the maximum
-    overlap during this contact; 0 if the bodies only come closer than PARAMETER CLEARANCE. `needed` [m]: the distance
-    by which they are too close."""
+    overlap during this contact; 0 if the bodies only come closer than PARAMETER CLEARANCE. `needed` [m]:
+    the distance by which they are too close."""
 
     t: float
     first: str
@@ -210,26 +211,27 @@ Colour = tuple[float, float, float]  # red, green and blue, each from 0 to 1
 
 
 class BoxShape(Struct, frozen=True, tag=True):
-    """A box around its centre, with its sizes along X, Y and Z [m]."""
+    """A box with its frame at its centre; `size`: the edge lengths along X, Y and Z [m]."""
 
     size: Vector
 
 
 class CylinderShape(Struct, frozen=True, tag=True):
-    """A cylinder around its centre, with its axis along Z [m]."""
+    """A cylinder with its axis along Z [m] and its frame at its centre."""
 
     radius: float
     height: float
 
 
 class SphereShape(Struct, frozen=True, tag=True):
-    """A sphere around its centre; its radius [m]."""
+    """A sphere with its frame at its centre; `radius` [m]."""
 
     radius: float
 
 
 class MeshShape(Struct, frozen=True, tag=True):
-    """Convex pieces; each is the hull of its points [m]. `file`: the file from which they were read."""
+    """A shape made of convex pieces; each piece is the convex hull of its points [m]. `file`: the file from which they
+    were read."""
 
     pieces: tuple[tuple[Vector, ...], ...]
     file: str
@@ -291,7 +293,8 @@ class Beam(Struct, frozen=True, tag=True):
 
 
 class Zone(Struct, frozen=True, tag=True):
-    """A box in the world around the origin of its frame, with its sizes [m]."""
+    """A box-shaped zone in the world, centred on the origin of its frame. `size`: the edge
+    lengths along X, Y and Z [m]."""
 
     T_world_zone: Transform
     size: Vector

@@ -49,7 +49,7 @@ def to_json(message: msgspec.Struct) -> str:
 
 
 def table_of(value: msgspec.Struct) -> dict[str, Any]:
-    """Convert a record to JSON values."""
+    """Convert a record to JSON-compatible values (dicts, lists, numbers, texts)."""
     table: dict[str, Any] = msgspec.to_builtins(value, str_keys=True)
     return table
 
@@ -87,7 +87,7 @@ class Reader(Generic[M]):
 
 
 def marks_of(frame: Frame) -> MessageMarks | None:
-    """Return the fields `type`, `id` and `seq` of a frame; None if the frame is not a message."""
+    """Return the fields `type`, `id` and `seq` of the message in a frame; None if the frame contains no message."""
     try:
         return _text_marks.decode(frame) if isinstance(frame, str) else _binary_marks.decode(frame)
     except UNREADABLE:

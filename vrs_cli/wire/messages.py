@@ -47,13 +47,13 @@ from vrs_cli.wire.records import (
 
 
 class SnapshotRecord(Struct, frozen=True):
-    """A snapshot as a record."""
+    """A snapshot (the timeline at one version, or its end) as a record. `first`: the number of left out segments."""
 
     version: Count
     segments: Annotated[tuple[SegmentRecord, ...], Meta(min_length=1)]
     settings: Settings
     first: Count = 0
-    events: tuple[EventRecord, ...] | UnsetType = UNSET  # absent if empty: same bytes as older versions
+    events: tuple[EventRecord, ...] | UnsetType = UNSET  # absent if empty, to give the same bytes as older versions
     values: tuple[EventRecord, ...] | UnsetType = UNSET
     first_event: Count | UnsetType = UNSET
     world: WorldState | UnsetType = UNSET
@@ -105,8 +105,8 @@ if TYPE_CHECKING:
 else:  # the unions that a reader of messages decodes: all acts, and all results of acts
     _acts = tuple(sorted((*RobotAct.__subclasses__(), *UserAct.__subclasses__()), key=lambda act: act.__name__))
     _found = dict.fromkeys(get_args(act.__orig_bases__[0])[0] for act in _acts)
-    AnyAct = Union[_acts]  # noqa: UP007 (of a tuple)
-    Found = Union[tuple(kind for kind in _found if kind is not NoneType)]  # noqa: UP007
+    AnyAct = Union[_acts]  # noqa: UP007 (a union made from a tuple)
+    Found = Union[tuple(kind for kind in _found if kind is not NoneType)]  # noqa: UP007 (a union made from a tuple)
 
 
 class _Typed(Struct, frozen=True, tag_field="type", tag=str.lower, omit_defaults=True):
@@ -228,7 +228,7 @@ class Get(Request, frozen=True):
 
 
 class LeaseAct(Enum):
-    """The actions on the lease."""
+    """The actions on the lease, the right to move the robot."""
 
     ACQUIRE = "acquire"
     ASK = "ask"

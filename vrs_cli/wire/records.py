@@ -37,15 +37,16 @@ NEEDED_FIELDS = {
     MotionKind.JOINT: "goal",
     MotionKind.STEERED: "goal",
     MotionKind.STRAIGHT: "pose",
-}  # the field without which a motion cannot be planned again
+}  # the field that a record of this kind must have, because the motion cannot be planned again without it
 
-STANDING_KINDS = (MotionKind.EVENT, MotionKind.RECORDED)  # motions without segments
-MAX_NUMBER = 1e15  # maximum magnitude of a number in a file: sums and products stay finite
+STANDING_KINDS = (MotionKind.EVENT, MotionKind.RECORDED)  # kinds of motions that move nothing, and so have no segments
+MAX_NUMBER = 1e15  # maximum magnitude of a number in a file, so that sums and products stay finite
 MAX_DEGREE = 5  # maximum degree of a polynomial
 ZERO, FULL = 0.0, 1.0  # default values: msgspec omits a field that holds exactly this object
-DEFAULTS = (("speed", FULL), ("acceleration", FULL), ("duration", ZERO), ("hand", ZERO))  # defaults of a motion
+# default values of a motion's fields
+DEFAULTS = (("speed", FULL), ("acceleration", FULL), ("duration", ZERO), ("hand", ZERO))
 NO_FRAMES = Frames()
-_new = tuple.__new__  # makes a NamedTuple faster than its class does; called for each line of a file
+_new = tuple.__new__  # makes a NamedTuple faster than calling its class; used for each line of a file
 
 Number = Annotated[float, msgspec.Meta(ge=-MAX_NUMBER, le=MAX_NUMBER)]
 Time = Annotated[float, msgspec.Meta(ge=-2.0 * LATEST, le=2.0 * LATEST)]
@@ -120,7 +121,8 @@ class GuideRecord(StrictRecord, frozen=True):
 
 
 class LineRecord(StrictRecord, frozen=True):
-    """A Cartesian path."""
+    """A Cartesian path: the tool's position as polynomials of time, its orientation at the start and the turns from it,
+    the arm's configuration, and seeds for the inverse kinematics."""
 
     position: tuple[Coefficients, Coefficients, Coefficients]
     orientation: Rows
@@ -197,10 +199,10 @@ class DeltaRecord(StrictRecord, frozen=True):
 
 class Form(msgspec.Struct, frozen=True):
     """The properties of a robot that its records depend on: the number of joints, and its configurations by their
-    words.
+    VAL-II words (RIGHTY, ABOVE, ...).
 
-    `redundancy`: the number of guides of a line; `held`: the indexes of joints that stood still on lines of older
-    files, which have no guides.
+    `redundancy`: the number of guides (conditions on redundant joints) that a straight line must have; `held`: the
+    indexes of joints that stood still on lines of older files, which have no guides.
     """
 
     joint_count: int
@@ -267,7 +269,8 @@ def segment_records(
                 start=segment.start,
                 finish=segment.finish,
                 phase=segment.phase,
-                motion=None if segment.motion in (owner,) else motions.reference(segment.motion),  # `is`, then `==`
+                # `in` tries `is` before the slower `==`
+                motion=None if segment.motion in (owner,) else motions.reference(segment.motion),
                 joints=segment.path.coefficients if isinstance(segment.path, JointPath) else None,
                 line=_line_record(segment.path) if isinstance(segment.path, CartesianPath) else None,
                 pieces=pieces(segment),
@@ -325,8 +328,9 @@ def _rows(T: Transform) -> Rows:
 
 
 def _rows_unless_identity(T: Transform) -> Rows | None:
-    """Return the rows of a transformation; None for the identity, compared by digits because -0.0 is not 0.0."""
-    return None if T is IDENTITY or str(T) == str(IDENTITY) else _rows(T)  # the digits differ for -0.0 and 0.0
+    """Return the rows of a transformation; None for the identity, compared as text, because -0.0 == 0.0 but they print
+    differently."""
+    return None if T is IDENTITY or str(T) == str(IDENTITY) else _rows(T)  # the text tells -0.0 from 0.0
 
 
 def _default(value: float, default: float) -> float:
@@ -412,7 +416,8 @@ def _line(record: LineRecord, form: Form) -> CartesianPath:
 
 
 def _as_held(joints: tuple[float, ...], form: Form) -> tuple[Guide, ...]:
-    """Return the guides of a line of an older file, on which redundant joints stood still."""
+    """Return the guides (conditions on redundant joints) for a straight line from an older file: redundant joints stood
+    still on such lines."""
     return tuple(Guide(tuple(float(i == k) for k in range(form.joint_count)), (joints[i],)) for i in form.held)
 
 

@@ -72,7 +72,7 @@ def steered_delta(
         )
     try:
         delta = _plan_again(motion, record.executed, record.tick, record.rates, before, arm)
-    except (ArithmeticError, ValueError):  # numbers that are impossible for any robot
+    except (ArithmeticError, ValueError):  # the record has numbers that no robot can have
         delta = None
     if delta is None or _checksum(delta.segments) != record.crc:
         raise records.RecordError(
@@ -112,7 +112,7 @@ def _checksum(segments: Iterable[Segment]) -> int:
     return zlib.crc32(pack(f"<{len(numbers)}d", *numbers))
 
 
-MAX_REMEMBERED = 4000  # maximum number of remembered segments: the size of four long snapshots
+MAX_REMEMBERED = 4000  # maximum number of remembered segments, enough for four long snapshots
 
 Key = tuple[Path, float, Transform, float]
 
