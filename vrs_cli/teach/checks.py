@@ -17,7 +17,7 @@ from vrs_cli.values.commands import MotionKind
 from vrs_cli.values.diagnostics import Dialect
 
 NO_OFFSET: Vector = (0.0, 0.0, 0.0)
-Pair = tuple[str, str]  # names of two bodies that may touch
+Pair = tuple[str, str]  # names of two objects that may touch each other
 
 
 # --- where things are at the end -------------------------------------------------------------------------------------
@@ -102,8 +102,8 @@ class ClearanceCheck(BaseCheck, frozen=True, tag="clearance"):
 
 
 class StretchCheck(BaseCheck, frozen=True):
-    """A check that judges only a part of the run: while the tip is within `radius` mm of `around`, while it moves from
-    `begin` to `end`, or while the hand holds a part."""
+    """A check that judges only a part (stretch) of the run: while the tip is within `radius` mm of `around`, while it
+    moves from `begin` to `end`, or while the hand holds a part."""
 
     around: Place | None = None
     radius: float = 0.0
@@ -134,7 +134,7 @@ class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):
 
     @property
     def needs_model(self) -> bool:
-        """Return True, because the check compares the whole run with that of the model solution."""
+        """Return True, because the check compares the whole run with the run of the model solution."""
         return True
 
 
@@ -210,7 +210,7 @@ class NoErrorCheck(BaseCheck, frozen=True, tag="no_error"):
 
 
 class When(Enum):
-    """The time at which joints are checked: the end of the run, or the end of any motion of the step."""
+    """The time at which joints are checked: the end of the run, or the end of any motion in the step of a lesson."""
 
     END = "end"
     PASSED = "passed"
@@ -273,7 +273,8 @@ class SettingCheck(BaseCheck, frozen=True, tag="setting"):
 
 
 class MotionCheck(BaseCheck, frozen=True, tag="motion"):
-    """A check that one motion of the step has all given properties. `last`: only the motion commanded last counts.
+    """A check that one motion in the step of a lesson has all given properties. `last`: only the motion commanded last
+    counts.
 
     `seconds`: its duration. `mm`: the distance between its ends. `joints`: the minimum number of joints that turn.
     `begins`: its start [s]. `lead`: the minimum time from its command to its start [s]. `displaced`: whether it starts
@@ -299,7 +300,7 @@ class PhasesCheck(BaseCheck, frozen=True, tag="phases"):
 
 
 class PassesCheck(BaseCheck, frozen=True, tag="passes"):
-    """A check of the smallest distance between the tool and a place in the step."""
+    """A check of the smallest distance between the tool and a place during the step of a lesson."""
 
     at: Place
     mm: ValueRange

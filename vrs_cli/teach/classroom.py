@@ -36,10 +36,10 @@ DELAY_LINE_TIMEOUT_S = 5.0  # [s] maximum time to open or close a delay line
 
 
 class Classroom:
-    """The robot of one lesson; it runs until the stack is closed.
+    """The robot of one lesson; it runs until the caller closes `stack`, an ExitStack.
 
-    `page`: the files of its web page; None: no web page. `attended`: whether a person uses the robot. `rate`: robot
-    seconds per second of wall time, for a robot in real time.
+    `page`: the files of its web page; None: no web page. `attended`: whether a person, rather than a rehearsal, uses
+    the robot. `rate`: robot seconds per second of wall time, for a robot in real time.
     """
 
     def __init__(
@@ -86,7 +86,8 @@ def _serve(
     attended: bool,
     rate: float,
 ) -> tuple[LocalRobot, Place]:
-    """Serve the robot of a lesson in its own folder, behind a proxy with the delays of the lesson if it has any."""
+    """Serve the robot of a lesson in its own folder, behind a proxy that adds the delays of the lesson, if it has
+    any."""
     from vrs_cli.net.client import Client, hello_of
     from vrs_cli.net.local_server import SHELL, LocalRobot
     from vrs_cli.net.socket_port import SocketPort
@@ -96,7 +97,7 @@ def _serve(
     local_robot = LocalRobot(
         lesson.robot,
         page,
-        name="lesson",  # the same for all robots, so that an open page continues with the next lesson
+        name="lesson",  # the same name for each lesson, so that an open page shows the next robot
         rate=None if lesson.delays is None else rate,
         folder=Path(stack.enter_context(TemporaryDirectory(prefix="vrs-lesson-"))),
         cell=None if lesson.cell_file is None else lesson.cell,
@@ -111,7 +112,7 @@ def _serve(
 
 
 def _add_delay(url: str, ways: DelayWays, stack: ExitStack) -> str:
-    """Start a proxy with delays in front of an address, and return the address of the proxy."""
+    """Start a proxy that delays messages to and from an address, and return the address of the proxy."""
     from vrs_cli.net.delay_line import DelayProxy, Endpoint
     from vrs_cli.net.socket_port import Loop
 
@@ -146,7 +147,7 @@ SPEEDUP = 4.0  # factor by which a rehearsal speeds up robots behind a delay lin
 
 
 class ShortenedDelays(Struct, frozen=True):
-    """Delays divided by SPEEDUP, for a robot that runs SPEEDUP times as fast."""
+    """Delays of a lesson divided by SPEEDUP, for a rehearsal on a robot that runs SPEEDUP times as fast."""
 
     delays: Delays
 
@@ -192,8 +193,8 @@ def _failed_marks(marks: Iterable[Mark]) -> list[Mark]:
 def _try_marks(
     lesson: Lesson, step: LessonStep, before: list[str], tries: Iterable[tuple[str, ...]]
 ) -> Iterator[tuple[Mark, ...]]:
-    """Yield the marks of a step for each try. A try runs the model lines of all earlier steps, and then its own
-    lines."""
+    """Yield the marks of a step for each item of `tries`, the lines to try in this step. Each try runs in a new robot:
+    first `before`, the model lines of all earlier steps, and then its own lines."""
     for lines in tries:
         with ExitStack() as stack:
             room = Classroom(lesson, stack, lambda _text: None, rate=1.0 if lesson.delays is None else SPEEDUP)

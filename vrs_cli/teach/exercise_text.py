@@ -47,7 +47,7 @@ class GivenPlace(Struct, frozen=True, tag=True):
 
 
 class ModelPlace(Struct, frozen=True, tag=True):
-    """A place taken from the run of the model solution, such as the final pose of its tool."""
+    """A place taken from the run of the model solution, such as the final pose of the tool."""
 
 
 Place = FixedPlace | GivenPlace | ModelPlace
@@ -91,7 +91,7 @@ class ExerciseText(CellText):
         return None
 
     def number(self, entry: CellEntry, key: str, least: float, most: float, unit: str = "") -> float:
-        """Read a number; return `least` if the number is wrong."""
+        """Read a number from `least` to `most`; if it is wrong, record the mistake and return `least`."""
         given: Any = entry.given.get(key)
         if type(given) in (int, float) and least <= given <= most:
             return float(given)
@@ -107,7 +107,7 @@ class ExerciseText(CellText):
         return ""
 
     def dialect(self, entry: CellEntry, key: str) -> Dialect:
-        """Read the name of a dialect; return V+ if it is wrong."""
+        """Read the name of a dialect; if it is wrong, record the mistake and return V+."""
         word = self.one_of(entry, key, DIALECTS)
         return next((one for one in Dialect if one.value == word), Dialect.VPLUS)
 
@@ -132,7 +132,8 @@ class ExerciseText(CellText):
         return self.name(entry, key, entry.given.get(key), self.parts, "part")
 
     def name(self, entry: CellEntry, key: str, given: Any, known: Sequence[str], what: str) -> str:
-        """Return the name of a known body in lower case; "" if the name is unknown."""
+        """Return the name `given` in lower case if it is in `known`; otherwise record the mistake and return "".
+        `what`: the kind of object that is named."""
         if isinstance(given, str) and given.lower() in known:
             return given.lower()
         there = f"there are {', '.join(known)}" if known else f"the cell has no {what}"
@@ -147,7 +148,7 @@ class ExerciseText(CellText):
     # --- places ---
 
     def exercise_place(self, entry: CellEntry, key: str) -> Place:
-        """Read a place; return the origin if it is wrong."""
+        """Read a place; if it is wrong, record the mistake and return the origin."""
         return self.place_of(entry, key, entry.given.get(key))
 
     def place_of(self, entry: CellEntry, key: str, given: Any) -> Place:
@@ -184,8 +185,8 @@ def item_of_text(text: str) -> Item | None:
 
 
 class BaseCheck(Struct, frozen=True, kw_only=True):
-    """A check of any kind. `points`: its weight. `hidden`: students see neither its name nor its reason. `needs`: names
-    of checks that must earn at least some points; otherwise this check earns none."""
+    """A check of any kind. `points`: the maximum points that it earns. `hidden`: students see neither its name nor its
+    reason. `needs`: names of checks that must earn at least some points; otherwise this check earns none."""
 
     name: str
     points: float = 1.0

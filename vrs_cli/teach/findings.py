@@ -32,8 +32,8 @@ from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.solids import overlap_by
 
 Run = Callable[[Exercise, str], Evidence]  # runs a submission in a variant; raises VrsError if it cannot run
-TOOL_REACH = 0.5  # [m] length of a long tool, added to the reach of the arm
-OVERLAP = 2e-3  # [m] bodies that overlap by no more than this only touch each other
+TOOL_REACH = 0.5  # [m] assumed length of a long tool; places beyond the arm's reach plus this are reported
+OVERLAP = 2e-3  # [m] maximum overlap of bodies that count as only touching each other
 
 
 class Finding(Struct, frozen=True):
@@ -68,7 +68,7 @@ class _Inspection:
         }
         self.variants = [exercise.variant(seed) for seed in exercise.seeds]
         self.models: dict[int | None, Evidence] = {}
-        self.failed = dict[str, str]()  # name of a check: a file whose run fails the check
+        self.failed = dict[str, str]()  # by name of a check: a file whose run fails the check
         self.sound = True  # whether the model solution passes all checks
 
     def findings(self) -> Iterator[Finding]:
@@ -87,7 +87,7 @@ class _Inspection:
         yield from self._mutants()
 
     def _at(self, name: str) -> str:
-        """Return the file and the line of a check."""
+        """Return the file and the line at which a check is written, given its name."""
         return f"{self.path}:{self._lines.get(name.lower(), 1)}"
 
     def _texts(self) -> Iterator[Finding]:

@@ -37,7 +37,7 @@ MAX_LINES = 2000  # maximum number of lines of a program file; reading that many
 
 class Submission(Struct, frozen=True):
     """A submission of a student. `file`: the name of the file. `text`: the program. `unread`: the reason why the file
-    was not read."""
+    was not read, or "" if it was."""
 
     student: str
     file: str
@@ -124,7 +124,8 @@ def _station(exercise: Exercise) -> Station:
 
 
 def _nobody(question: Question) -> None:
-    """Raise EndOfInput for PROMPT; do not answer other questions."""
+    """Answer questions in place of a user, whom grading does not have: raise EndOfInput for PROMPT, and give no answer
+    to other questions."""
     if isinstance(question, LineWanted):
         raise EndOfInput("PROMPT has nothing to read", "nobody types while a program is graded")
 
@@ -186,7 +187,7 @@ class Grader:
             except NotExecuted as error:
                 path = Path(exercise.folder, "teacher", "model.v2")
                 raise FileDamaged(f"{path} is not executed: {error.detail}", "vrs check tells its mistakes") from None
-            mark(variant, model, model)  # fill caches, such as models of physics, before processes fork
+            mark(variant, model, model)  # fill caches, such as physics models, before processes fork, which share them
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle only the folder, so that another process reads the exercise again."""

@@ -46,8 +46,8 @@ class Key(NamedTuple):
 
 
 class CheckKind(NamedTuple):
-    """A kind of check: its class, and the function that judges a run. `what`: the subject of the check. `partial`:
-    which runs earn a part of the points; "": a run earns all points or none."""
+    """A kind of check: its class, and the function that judges a run. `what`: the subject of the check, as the
+    documentation shows it. `partial`: which runs earn a part of the points; "": a run earns all points or none."""
 
     check: type[BaseCheck]
     judge: Callable[[Any, JudgedRun], Verdict]
@@ -82,7 +82,7 @@ def _places(text: ExerciseText, entry: CellEntry, key: str) -> tuple[Place, ...]
 
 
 def _pairs(text: ExerciseText, entry: CellEntry, key: str) -> tuple[checks.Pair, ...]:
-    """Read pairs of names of bodies that may touch."""
+    """Read pairs of names of objects that may touch each other."""
     found = list[checks.Pair]()
     for one in text.list_of(entry, key, 'a list of pairs, such as [["hand", "box"]]'):
         if not (isinstance(one, list) and len(one) == 2 and all(isinstance(name, str) for name in one)):

@@ -41,7 +41,7 @@ class AskRobot(Protocol):
 
 
 class LessonPrompt(Protocol):
-    """The prompt of a lesson: the prompt of a shell, or of a robot that is served to browsers."""
+    """The prompt at which a learner types: that of a shell, or of a robot that is served to browsers."""
 
     terminal: Terminal
 
@@ -73,7 +73,7 @@ class LessonStanding(Struct, frozen=True):
 class LearnerRecord:
     """The progress of a user, kept in a JSON file: {"latest": NAME, "lessons": {NAME: {"passed": 2, "of": 6}}}.
 
-    Several shells may write the file; each changes only its own lesson. Without a path nothing is kept. Raises
+    Several shells may write the file; each changes only its own lesson. Without a path nothing is saved. Raises
     FileDamaged for a file with other contents, and FileError.
     """
 
@@ -263,7 +263,8 @@ class Learner:
         number = f"Lesson {lesson.number}: " if lesson.number else ""
         self._show(f"# {number}{lesson.title}\n\n{lesson.intro}\n\n{WORDS}")
         if self._at:
-            terminal, self._front_end.terminal = self._front_end.terminal, Notes()  # Notes shows no replies
+            # Notes collects the replies of these lines instead of showing them
+            terminal, self._front_end.terminal = self._front_end.terminal, Notes()
             try:
                 self._carry_out([line for step in lesson.steps[: self._at] for line in step.model])
             finally:
@@ -273,7 +274,7 @@ class Learner:
         self._present()
 
     def _present(self) -> None:
-        """Show the current step and start it."""
+        """Show the task of the current step, and start the step."""
         self._hints, self._started = 0, self._look(lambda session: session.engine.now)
         self._task()
         self._told = "" if self._step is None else _missing(self._marks(self._step))

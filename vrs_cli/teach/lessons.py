@@ -39,9 +39,9 @@ _TASK = re.compile(r"## +(.+?)\s*$")
 
 
 class LessonStep(Struct, frozen=True):
-    """A step of a lesson. `task`: its text in Markdown. `nudge`, `idea`: the first two hints. `model`: lines that pass
-    the step. `wrong`: lines that do not pass it. `passed`: the message when the step is passed. `line`: the first line
-    of the step in checks.toml."""
+    """A step of a lesson. `task`: its text in Markdown. `nudge`, `idea`: the first two hints. `model`: the lines of the
+    model solution, which pass the step. `wrong`: lines that do not pass it. `passed`: the message when the step is
+    passed. `line`: the first line of the step in checks.toml."""
 
     name: str
     task: str

@@ -59,7 +59,8 @@ class ProcessLimits(Struct, frozen=True):
 
 
 class Worked(NamedTuple):
-    """The result of an item, or the reason why it has none (`lost`). `number`: the index of the item, from 0."""
+    """The result of processing one item, or the reason why it has none (`lost`). `number`: the index of the item, from
+    0."""
 
     number: int
     result: bytes
@@ -67,7 +68,7 @@ class Worked(NamedTuple):
 
 
 def core_count() -> int:
-    """Return the number of cores that this process may use."""
+    """Return the number of processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -231,7 +232,7 @@ def _confine(folder: Path, limits: ProcessLimits) -> None:
 
 
 def _limit(what: int, most: int) -> None:
-    """Lower a limit of this process; never raise it."""
+    """Lower the operating system's limit `what` of this process to `most`; never raise it."""
     import resource
 
     _, hard = resource.getrlimit(what)

@@ -43,8 +43,9 @@ MOVABLE = 0.4  # [m] maximum size of a fixture that variants move; a larger fixt
 CLOSE = 0.06  # [m] maximum distance between a location and the part to which it belongs
 OVER = 0.25  # [m] maximum height above a fixture at which a location belongs to the fixture
 MAX_PLACES, MAX_PATHS, MAX_LINES, MAX_CHANGES, MAX_WRONG = 12, 6, 50, 20, 5
-SPARE_SPEED, SPARE_TIME = 1.1, 1.25  # ratio of a proposed limit to the measured value
-NOTABLE = ("FRAME", "REACT", "REACTI", "WAIT", "CALL", "SHIFT", "FOR", "WHILE", "CASE")  # words that a task may require
+SPARE_SPEED, SPARE_TIME = 1.1, 1.25  # ratio of a proposed limit of speed, of time, to the measured value
+# words that a proposed check requires if the solution uses them
+NOTABLE = ("FRAME", "REACT", "REACTI", "WAIT", "CALL", "SHIFT", "FOR", "WHILE", "CASE")
 STEPS = (
     "[30, 30, 0]\nturn = 15",
     "[10, 10, 0]\nturn = 5",
@@ -179,8 +180,8 @@ class _Proposal:
             return SubmissionRuns(Submission("", "model.v2", text)).run(exercise)
 
     def _failing(self, checks: Sequence[Proposed]) -> tuple[tuple[Proposed, ...], list[tuple[str, str]]]:
-        """Return the checks that the solution passes and at least one mutant fails, and mutants (description and text)
-        that fail them."""
+        """Return the checks that the solution passes and at least one mutant fails, and the mutants (description, text)
+        that fail these checks."""
         exercise = self._read()
         model = self._run(exercise, exercise.solution)
         passed = {one.name for one in mark(exercise, model, model) if one.passed}
@@ -262,7 +263,7 @@ NO_ERROR = Proposed("no error", "The program ends without an error.", ('kind = "
 
 
 def proposed_checks(exercise: Exercise, run: Evidence) -> Iterator[Proposed]:
-    """Yield checks that a run passes. Their limits are measured values with a tolerance."""
+    """Yield checks that the run of the solution passes. Their limits are its measured values plus a tolerance."""
     judged = JudgedRun(run, Basis(exercise.rounding, exercise.locations, run))
     passed = list(_passed_places(exercise, run))
     names = list(dict.fromkeys(name for name, _ in passed))[:MAX_PLACES]
@@ -346,7 +347,7 @@ def _moved_parts(run: Evidence) -> list[tuple[str, Transform]]:
 
 
 def _ends(run: Evidence, needs: tuple[str, ...]) -> Iterator[Proposed]:
-    """Yield checks of the final poses of parts and tool."""
+    """Yield checks of the final poses of parts and tool. `needs`: the lines of TOML that name the checks they need."""
     moved = _moved_parts(run)
     for name, pose in moved:
         lines = ('kind = "part_at"', f"part = {_quote(name)}", 'at = "model"', "mm = 2", "deg = 2", "points = 2")
@@ -387,7 +388,8 @@ def _typed_line(line: str) -> str:
 
 
 def _rates(judged: JudgedRun, needs: tuple[str, ...]) -> Iterator[Proposed]:
-    """Yield checks that limit speed, acceleration and time."""
+    """Yield checks that limit speed, acceleration and time. `needs`: the lines of TOML that name the checks they
+    need."""
     rows = (
         ("the speed of the tool", "speed", "mm_s", judged.velocity, 10),
         ("the acceleration of the tool", "acceleration", "mm_s2", judged.acceleration, 100),
@@ -406,7 +408,7 @@ def _rates(judged: JudgedRun, needs: tuple[str, ...]) -> Iterator[Proposed]:
     yield Proposed("the time", what, ('kind = "cycle_time"', f"most = {max(most, 0.5):g}", *needs))
 
 
-# --- what moves together ---------------------------------------------------------------------------------------------
+# --- what a variant moves together -----------------------------------------------------------------------------------
 
 
 def groups_of(exercise: Exercise, run: Evidence, programs: Iterable[ast.Program]) -> Iterator[tuple[str, ...]]:

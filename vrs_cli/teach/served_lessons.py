@@ -45,7 +45,7 @@ def student_of(robot: str) -> str | None:
 class ServedLessons:
     """The lessons of all students. `folder`: the folder with their progress.
 
-    `begin_anew` restarts a robot with another lesson. `tell` takes messages for the person who runs the server.
+    `begin_anew`: restarts a robot with another lesson. `tell`: shows a message to the person who runs the server.
     """
 
     def __init__(self, folder: Path, begin_anew: Callable[[str, str], None], tell: Callable[[str], None]) -> None:
@@ -69,7 +69,7 @@ class ServedLessons:
         return replace(plan, model=lesson.robot, journal=None, realtime=None, cell=cell, one_user=True, idle=inf)
 
     def start_at(self, room: Room) -> None:
-        """Start a tutor if the robot is for lessons; end the student's previous tutor."""
+        """If the robot is for lessons, start a tutor for it, and end the student's previous tutor."""
         student = student_of(room.name)
         if student is None:
             return
@@ -117,7 +117,7 @@ class ServedLessons:
         return True
 
     def standing(self, student: str) -> tuple[str, int, int]:
-        """Return the title of a student's lesson, the number of passed steps, and the number of all steps."""
+        """Return the title of a student's current lesson, the number of passed steps, and the number of all steps."""
         tutor = self._tutors.get(student)
         if tutor is None or not tutor.begun:
             return "", 0, 0
@@ -141,7 +141,7 @@ class Tutor:
         self._learner = Learner(lesson, self._look, self._show, record, course, begin)
         self._said: list[messages.LessonText] = []  # texts of the current step
         self._work: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
-        self._looks = False  # whether a check is queued
+        self._looks = False  # whether a check of the step is already queued
         room.ended = self._line_ended
         Thread(target=self._serve, name=f"lesson of {room.name}", daemon=True).start()
 

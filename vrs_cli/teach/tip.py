@@ -32,8 +32,8 @@ from vrs_cli.trajectory.timeline import Timeline
 
 
 class Piece(NamedTuple):
-    """A curve from `start` to `finish` [s]. `at`: the function from seconds after `start` to the point of the curve.
-    `bend`: an upper bound of the length of its second derivative."""
+    """A piece of a curve, from `start` to `finish` [s]. `at`: the function from seconds after `start` to the point of
+    the curve. `bend`: an upper bound of the length of its second derivative."""
 
     start: float
     finish: float
@@ -195,8 +195,8 @@ def stops(timeline: Timeline, begin: float, end: float) -> list[tuple[float, flo
 
 
 def _add_interval(found: list[tuple[float, float]], since: float, until: float, gap: float = 0.0) -> None:
-    """Add an interval to a sorted list; merge it with the last interval if it begins at most `gap` after that interval
-    ends."""
+    """Add the interval from `since` to `until` [s] to a sorted list; merge it with the last interval if it begins at
+    most `gap` [s] after that interval ends."""
     if found and since <= found[-1][1] + gap:
         found[-1] = found[-1][0], max(until, found[-1][1])
     else:
@@ -226,7 +226,8 @@ class Extreme(NamedTuple):
 
 
 class _End(NamedTuple):
-    """A sample of a curve: seconds after the start of its piece, the point, and the measure."""
+    """A sample at one end of an interval of a curve: seconds after the start of its piece, the point, and the value of
+    the measure there."""
 
     s: float
     c: Vector
@@ -258,7 +259,8 @@ def nearest(pieces: Sequence[Piece], target: Vector, precision: float, *, enough
 
 
 def least(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = inf) -> Extreme:
-    """Return the minimum of a measure; `precision` and `enough` work as in `nearest`."""
+    """Return the minimum of a measure, within `precision`. If no value is below `enough`, the result may be any value
+    of at least `enough`."""
     found = _best(pieces, lambda c: -measure(c), lambda a, b: 0.5 * (a.m + b.m + dist(a.c, b.c)), precision, -enough)
     return found._replace(value=-found.value)
 
@@ -271,8 +273,9 @@ def farthest(
     enough: float = -inf,
     between: Callable[[Vector, Vector], float] = lambda _a, _b: inf,
 ) -> Extreme:
-    """Return the maximum of a measure that may be non-convex; `precision` and `enough` work as in `greatest`.
-    `between`: another upper bound of the measure on the straight line between two points."""
+    """Return the maximum of a measure that may be non-convex, within `precision`. If no value exceeds `enough`, the
+    result may be any value up to `enough`. `between`: another upper bound of the measure on the straight line between
+    two points."""
     return _best(
         pieces,
         measure,

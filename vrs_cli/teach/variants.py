@@ -70,7 +70,7 @@ class Change(NamedTuple):
 
 
 class Situation(Struct, frozen=True):
-    """Everything that a variant can change: the cell, the changes of inputs, and the given values."""
+    """Everything that a variant can change: the cell, the timed changes of inputs, and the given values."""
 
     cell: Cell
     inputs: Inputs
@@ -300,7 +300,7 @@ def _group(text: ExerciseText, entry: CellEntry, around: Situation) -> Group:
     if (changes & {"by", "turn"} and not placed) or ("later" in changes and not timed):
         text.fault(entry, "move", "by and turn move what has a place, later is for signals, value for reals")
     return structs.replace(
-        group,  # reads the values, and reports their mistakes, in this order
+        group,  # reading these values in this order also reports their mistakes in this order
         by=text.place(entry, "by") if "by" in given else group.by,
         turn=radians(text.number(entry, "turn", 0.0, 180.0, "deg")) if "turn" in given else 0.0,
         shuffle="shuffle" in given and _shuffles(text, entry, _signals(around.cell, group.keys), around.cell),

@@ -36,14 +36,14 @@ if TYPE_CHECKING:
 
 
 class Evidence(Struct, frozen=True):
-    """The records of a run that has ended or still goes on.
+    """The recorded facts about a run that has ended or still goes on.
 
-    `started`: when the run began [s]. `clock`: the robot's time now [s]. `typed`: typed lines, each with the time of
-    its end. `course`: the states of parts, sensors and rules over time; None if the cell has none of these. `contacts`:
-    reported contacts, each with the text of its motion. `fault`: the error of the program. `outcome`: None while the
-    program runs. `steps`: number of executed steps. `programs`: the parsed programs that can run, without those that
-    the exercise gives. `dialect`: the dialect of these programs. `undone`: the undone commands, which REDO would
-    repeat.
+    `started`: when the run began [s]. `clock`: the robot's time now [s]. `typed`: lines printed with TYPE, each with
+    the time at which it was complete. `course`: the states of parts, sensors and rules over time; None if the cell has
+    none of these. `contacts`: reported contacts, each with the text of its motion. `fault`: the error of the program.
+    `outcome`: None while the program runs. `steps`: number of executed steps. `programs`: the parsed programs that can
+    run, without those that the exercise gives. `dialect`: the dialect of these programs. `undone`: the undone commands,
+    which REDO would repeat.
     """
 
     arm: RobotArm
@@ -80,7 +80,7 @@ def evidence_of(
     """Return the current evidence of a station.
 
     `result`: the result of the run; None while it runs or in a session. `given`: keys of the programs that the exercise
-    gives. `typed`: all lines of a session with several runs; by default the lines of the last run.
+    gives. `typed`: all lines printed in a session with several runs; by default the lines of the last run.
     """
     engine, driver = station.engine, station.driver
     known = {key: one.program for key, one in station.environment.programs.items()}
@@ -107,9 +107,9 @@ def evidence_of(
     )
 
 
-NOISE_DIGITS = 6  # digits after the point of a value counted in rounding steps; later digits are floating-point noise
-NOISE = 5e-7  # [rounding steps] half a unit of the last of these digits
-SLACK = 1e-6  # [rounding steps] tolerance of a comparison
+NOISE_DIGITS = 6  # decimals kept of a value counted in rounding steps; later digits are floating-point noise
+NOISE = 5e-7  # [rounding steps] half a unit of the last decimal that NOISE_DIGITS keeps
+SLACK = 1e-6  # [rounding steps] tolerance of a comparison, against floating-point errors
 
 
 class Rounding(Struct, frozen=True):
@@ -141,12 +141,12 @@ def exceeds(value: float, most: float, step: float) -> bool:
 
 
 def largest(most: float, step: float) -> float:
-    """Return the threshold above which `exceeds` is true."""
+    """Return the threshold for a value before rounding, above which `exceeds` is true."""
     return (floor(most / step + 1.0 + SLACK) + 0.5 - NOISE) * step
 
 
 def smallest(least: float, step: float) -> float:
-    """Return the threshold below which `falls_short` is true."""
+    """Return the threshold for a value before rounding, below which `falls_short` is true."""
     return -largest(-least, step)
 
 
@@ -161,7 +161,7 @@ def figure(value: float, step: float) -> str:
     return f"{round_to(value, step):.{decimals}f}"
 
 
-HALF = 0.5  # share of the points for a nearly correct result
+HALF = 0.5  # share of the points that a nearly correct result earns
 NEAR = 5.0  # a result is nearly correct up to this many times the allowed distance
 MORE = 1.1  # a result is nearly correct up to this multiple of a limit of speed or time
 PRECISION = 0.1  # precision of searches, as a fraction of the rounding step
@@ -183,16 +183,16 @@ def compound_pose(items: Iterable[Item], values: Mapping[Item, Value]) -> Transf
 
 
 class Basis(Struct, frozen=True):
-    """The values with which a run is compared. `locations`: the given locations of the variant. `model`: the evidence
-    of the model solution in this variant; None if no check needs it."""
+    """The reference values with which a run is compared. `locations`: the given locations of the variant. `model`: the
+    evidence of the model solution in this variant; None if no check needs it."""
 
     rounding: Rounding = Rounding()
     locations: Mapping[Item, Value] = {}
     model: Evidence | None = None
 
     def place(self, place: Place, of_model: Transform | None = None) -> Transform:
-        """Return T_world_place of a place. `of_model`: the pose in the run of the model solution. Raises ValueError if
-        the pose is unknown."""
+        """Return the pose T_world_place of a place. `of_model`: the pose in the run of the model solution. Raises
+        ValueError if the pose is unknown."""
         match place:
             case FixedPlace():
                 return place.T

@@ -85,8 +85,7 @@ def judge_signals(check: checks.SignalsCheck, run: basis.JudgedRun) -> basis.Ver
 
 
 def _wrong(wanted: checks.SignalChange, seen: OutputChange, run: basis.JudgedRun) -> str | None:
-    """Return why a change differs from the required one: None if they are equal, "" if it is a change of another
-    signal."""
+    """Return why a change differs from the required one: None if they are equal, "" if another signal changed."""
     if seen.signal != wanted.signal:
         return ""
     when, step = basis.figure(seen.t, run.s), run.s
@@ -115,7 +114,7 @@ def _wrong(wanted: checks.SignalChange, seen: OutputChange, run: basis.JudgedRun
 def _missing(
     wanted: checks.SignalChange, rest: Sequence[OutputChange], found: int, total: int, run: basis.JudgedRun
 ) -> str:
-    """Return the reason for a required change that was not found."""
+    """Return the reason to show for a required change that the run does not contain."""
     name, done = f"signal {abs(wanted.signal)}", f"{found} of {count(total, 'change')} right"
     reasons = (f"{name} {_way(one.signal)} {wrong} ({done})" for one in rest if (wrong := _wrong(wanted, one, run)))
     did = "come on" if wanted.signal > 0 else "go off"
@@ -128,7 +127,7 @@ def _way(signal: int) -> str:
 
 MAX_SHOWN_CHARS = 60
 
-# --- words ---------------------------------------------------------------------------------------------------------
+# --- words of the program --------------------------------------------------------------------------------------------
 
 
 def judge_words(check: checks.WordsCheck, run: basis.JudgedRun) -> basis.Verdict:
@@ -203,7 +202,7 @@ def judge_dialect(check: checks.DialectCheck, run: basis.JudgedRun) -> basis.Ver
 
 
 def judge_typed(check: checks.TypedCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge which lines were typed, in which order and at which times."""
+    """Judge which lines the program printed with TYPE, in which order and at which times."""
     started, step, place = run.evidence.started, run.s, 0
     typed = tuple(replace(line, t=line.t - started) for line in run.evidence.typed)
     used, lines = set[int](), _wanted_lines(check, run)
@@ -234,7 +233,8 @@ def _wanted_lines(check: checks.TypedCheck, run: basis.JudgedRun) -> list[checks
 def _next_match(
     typed: tuple[TypedLine, ...], first: int, wanted: checks.TypedText, step: float
 ) -> tuple[int, TypedLine | None]:
-    """Return the number of the line after the next match (-1: no match), and a line that matches at a wrong time."""
+    """Search `typed` from index `first` for a line that matches. Return the index after this line (-1: no match), and a
+    line whose text matches but whose time is wrong, if there is one."""
     other: TypedLine | None = None
     for number in range(first, len(typed)):
         line = typed[number]
@@ -254,7 +254,7 @@ def _matches(text: str, wanted: checks.TypedText) -> bool:
 
 
 def _missing_lines(wanted: checks.TypedText, found: int, total: int, other: TypedLine | None, step: float) -> str:
-    """Return the reason for a required line that was not found."""
+    """Return the reason to show for a required line that was not typed."""
     if other is not None:
         bounds = [f"at {basis.figure(wanted.after, step)} s or later"] if wanted.after > 0.0 else []
         bounds += [f"by {basis.figure(wanted.before, step)} s"] if wanted.before < LATEST else []

@@ -123,8 +123,8 @@ def _orientation(most: float, text: str, place: Place, found: list[Window], run:
 
 
 def arc_measure(a: transform.Vector, via: transform.Vector, b: transform.Vector) -> tip.Measure:
-    """Return a function that measures the distance from the arc from a to b through a third place. Raises ValueError
-    for places on one line."""
+    """Return a function that measures the distance from the arc from a to b through `via`. Raises ValueError if the
+    three places are on one line."""
     u, v = transform.vector_difference(via, a), transform.vector_difference(b, a)
     normal = transform.cross(u, v)
     square = transform.dot(normal, normal)
@@ -139,7 +139,7 @@ def arc_measure(a: transform.Vector, via: transform.Vector, b: transform.Vector)
     y, radius = transform.cross(n, x), dist(a, centre)
     turn = _angle(
         transform.vector_difference(b, centre), x, y
-    )  # angle from a to b through the third place, positive about n
+    )  # [rad] angle from a to b on the arc through `via`, positive about n
 
     def measure(p: transform.Vector) -> float:
         r = transform.vector_difference(p, centre)
@@ -263,8 +263,8 @@ def _common(a: Sequence[Window], b: Sequence[Window]) -> list[Window]:
     return [span for span in both if span[1] > span[0]]
 
 
-COARSE = 0.25  # first error of the lines that approximate a path, as a fraction of the allowed distance
-FINE = 0.5  # error of these lines if the first error is too coarse to decide, as a fraction of the rounding step
+COARSE = 0.25  # error of the lines that first approximate a path, as a fraction of the allowed distance
+FINE = 0.5  # error of these lines if COARSE cannot decide, as a fraction of the rounding step
 
 
 def judge_like_model(check: checks.LikeModelCheck, run: basis.JudgedRun) -> basis.Verdict:
@@ -339,8 +339,8 @@ def _on_same_path(check: checks.LikeModelCheck, run: basis.JudgedRun, model: bas
 def _away(
     pieces: Sequence[tip.Piece], path: Sequence[tip.Piece], run: basis.JudgedRun, error: float, limit: float
 ) -> tip.Extreme:
-    """Return the maximum distance of a curve from another path, which is approximated by lines within `error` [m]. A
-    result below `limit` minus `error` may be inexact."""
+    """Return the maximum distance between the curve `pieces` and `path`, which is approximated by straight lines within
+    `error` [m]. A result below `limit` minus `error` may be inexact."""
     lines = [(a, b, dist(a, b)) for a, b in pairwise(path_points(path, error))]
     recent, known = lines[0], dict[transform.Vector, tuple[transform.Vector, transform.Vector, float]]()
 
@@ -355,8 +355,8 @@ def _away(
         return best
 
     def between(p: transform.Vector, q: transform.Vector) -> float:
-        """Return an upper bound of the distance on the line from p to q. The distance from a line is convex, so its
-        maximum is at an end."""
+        """Return an upper bound of the distance between the path and any point of the line from p to q. The distance
+        from a straight line is convex, so its maximum is at p or q."""
         return min(max(distance_from_line(end, *known[near][:2]) for end in (p, q)) for near in (p, q))
 
     return tip.farthest(pieces, measure, run.precision, enough=limit - error - run.precision, between=between)

@@ -25,7 +25,7 @@ from vrs_cli.teach.judging.basis import Evidence
 from vrs_cli.teach.reports.results import Likeness, ShownMark, file_stem, plain, points_text, shown_marks
 
 BEFORE, AFTER = 3.0, 1.0  # [s] time that a replay shows before and after the failure
-MAX_REPLAY_S = 20.0  # [s] length of a replay of the end of the run, if the failure has no time
+MAX_REPLAY_S = 20.0  # [s] maximum length of a replay, which shows the end of the run, if the failure has no time
 STUDENTS, REPLAYS, VIEWER, TEACHER = "students", "replays", "viewer.html", "teacher.html"
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-src 'self' file:"
 STYLE = (
@@ -41,8 +41,8 @@ STYLE = (
 class Replay(Struct, frozen=True):
     """The run that a page shows.
 
-    The fields are its variant (0: the unchanged exercise), the time at which the first lost mark can be seen [s] or
-    None, curves as SVG, and the recording for the viewer.
+    The fields are the number of the variant (0: the unchanged exercise), the time at which the first lost mark can be
+    seen [s] or None, curves as SVG, and the recording for the viewer.
     """
 
     variant: int

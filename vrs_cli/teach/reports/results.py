@@ -32,8 +32,8 @@ from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.grading import POINT_STEP, Grading, Mark, VariantMarks, total_of
 from vrs_cli.teach.judging.basis import round_to
 
-RUN = 8  # number of consecutive words that are compared as one unit
-WINDOW = 4  # winnowing keeps one run of this many consecutive runs
+RUN = 8  # number of consecutive words (a run) that are compared as one unit
+WINDOW = 4  # winnowing keeps one of this many consecutive runs
 LEAST_RUNS = 5  # a submission with fewer runs is not compared
 MAX_CHARS = 20_000  # maximum number of characters that are compared, from the start of the text
 
@@ -66,7 +66,7 @@ def similar(texts: Mapping[str, str], given: Iterable[str], least: float | None)
 
 
 def _words(text: str) -> list[tuple[bool, str]]:
-    """Return the words in the first MAX_CHARS of a text, each with whether it is a name."""
+    """Return (is_name, word) pairs for the words in the first MAX_CHARS of a text."""
     lines = text[:MAX_CHARS].splitlines()
     variables = variables_in(lines)
     return [
@@ -79,7 +79,7 @@ def _words(text: str) -> list[tuple[bool, str]]:
 
 
 def _runs(words: Sequence[tuple[bool, str]]) -> list[int]:
-    """Return a hash of each run of words. Runs that differ only in names have equal hashes."""
+    """Return a hash of each run of RUN consecutive words. Runs that differ only in names have equal hashes."""
     found = []
     for begin in range(len(words) - RUN + 1):
         names = dict[str, str]()
@@ -92,7 +92,7 @@ def _runs(words: Sequence[tuple[bool, str]]) -> list[int]:
 
 
 def _winnow(runs: Sequence[int]) -> frozenset[int]:
-    """Return the minimum of each `WINDOW` consecutive runs."""
+    """Return the minimum hash of each WINDOW consecutive runs (winnowing)."""
     if len(runs) <= WINDOW:
         return frozenset(runs)
     return frozenset(min(runs[begin : begin + WINDOW]) for begin in range(len(runs) - WINDOW + 1))
