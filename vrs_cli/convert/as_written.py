@@ -25,8 +25,8 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.values import SIGIL_KINDS, Kind
 
-SAME = 1e-6  # [m] tolerance for equal positions
-SIZE = 10  # default size of an array without known elements
+SAME = 1e-6  # [m] maximum distance between positions that count as equal
+SIZE = 10  # size of an array if none of its elements is known
 TYPES = {Kind.REAL: "num", Kind.STRING: "string", Kind.LOCATION: "robtarget", Kind.PRECISION: "jointtarget"}
 STARTS = {Kind.REAL: "", Kind.STRING: "s_", Kind.LOCATION: "", Kind.PRECISION: "j_"}
 RAPID_WORDS = """abs accset alias and atan2 backward bool calcjointt calcrobt case cjointt clkread clkreset clkstart
@@ -224,13 +224,13 @@ TAKEN = frozenset((*RAPID_WORDS.split(), *re.findall(r"FUNC \w+ (\w+)", ROUTINES
 
 
 class NoCounterpart(Exception):
-    """A construct of VAL-II without a counterpart in RAPID."""
+    """The error for a construct of VAL-II that has no counterpart in RAPID."""
 
 
 class BlockLine(Struct, frozen=True):
-    """A line that opens a block or continues one. `wanted`: the type of its operand. `idle`: the operand that makes the
-    block never run, used if the real one cannot be translated. `back`, `by`: how many levels the indent decreases
-    before the line and increases after it."""
+    """A line that opens a block or continues one. `wanted`: the type of its operand. `idle`: the operand that keeps the
+    block from ever running; it is used if the real operand cannot be translated. `back`, `by`: how many levels the
+    indent decreases before the line and increases after it."""
 
     line: str
     wanted: str = "bool"
@@ -247,8 +247,8 @@ class Translated(Struct, frozen=True):
 
 
 class RapidTranslator:
-    """A translator of the programs of a memory to RAPID. `run`: a run of these programs, which shows the configuration
-    in which each location is reached. `given`: the memory before the run."""
+    """A translator to RAPID of all programs in memory. `run`: a run of these programs, which shows in which
+    configuration the arm reaches each location. `given`: the memory before the run."""
 
     def __init__(
         self, memory: Memory, programs: Sequence[Analysis], run: ExecutedRun, given: Memory, name: str
@@ -256,14 +256,17 @@ class RapidTranslator:
         self.memory, self.programs, self.run = memory, programs, run
         self.given, self.found = {key: value for kind in Kind for key, value in given.cells(kind).items()}, given
         self.name, self.arm = identifier(name, 32), run.arm
-        self.named = dict[str, str]()  # the name of each program, by its key
+        self.named = dict[str, str]()  # the RAPID name of each program, by the program's key
         for one in programs:
             self.named[one.program.key] = _free(one.program.name, {self.name, *self.named.values()})
         self.unsaid, self.traps = list[tuple[int, str]](), dict[str, str]()
-        self.of_routine, self.shared = dict[Datum, str](), dict[Datum, str]()  # names in the routine; in the module
-        self.arrays = dict[Datum, list[int]]()  # largest constant index of each dimension of an array; -1: none
+        # RAPID names of variables of the routine, and of the module
+        self.of_routine, self.shared = dict[Datum, str](), dict[Datum, str]()
+        # for each dimension of an array, the largest constant index in the text; -1: none
+        self.arrays = dict[Datum, list[int]]()
         self.kinds = {one.program.key: dict(one.kinds) for one in programs}
-        self.changing = set[tuple[str, int]]()  # parameters (program, place) that the program or its callees change
+        # parameters (program, index) that the program or a program it calls changes
+        self.changing = set[tuple[str, int]]()
         self.temporary = 0
         self._learn_from_calls()
 
@@ -349,7 +352,7 @@ class RapidTranslator:
 
     def _joints_at(self, T: Transform) -> tuple[float, ...]:
         """Return the joints at which the run reached a location. If the run did not reach it, return the joints to
-        which a MOVE from the run's start would go."""
+        which a MOVE from the joints at the start of the run would go."""
         for move in self.run.moves:
             if distance(move.T_world_tool, T) < SAME:
                 return move.joints
@@ -364,7 +367,7 @@ class RapidTranslator:
         """Return the lines of a program in RAPID, from PROC to ENDPROC."""
         program, key = analysis.program, analysis.program.key
         self.lines, self.level, self.of_routine = list[str](), 2, {}
-        self.left_out = set[int]()  # lines that open blocks without a counterpart
+        self.left_out = set[int]()  # line numbers of block openings that have no counterpart in RAPID
         self.analysis, self.parameters = analysis, {one.key: one for one in program.parameters}
         self.own = {own.key: own for own in analysis.own}
         openers = [program.steps[block.opener].statement for block in analysis.blocks]
@@ -560,7 +563,8 @@ class RapidTranslator:
             self.say(f"dest := {target};", f"{'MoveL' if it.word.endswith('S') else 'MoveJ'} dest, {how}")
 
     def _stands(self, place: int) -> bool:
-        """Return whether the arm must stop before the next motion; False if that depends on a block."""
+        """Return whether a following instruction makes the arm stop before its next motion; False if that depends on a
+        block, such as IF."""
         following = (step.statement for step in self.analysis.program.steps[place + 1 :])
         words = (one.word if isinstance(one, ast.Instruction) else type(one).__name__ for one in following)
         return next((word for word in words if word in DECIDING), "BREAK") in BREAKS
@@ -682,7 +686,8 @@ class RapidTranslator:
         return name + _braces([*indexes])
 
     def _datum(self, it: ast.Variable) -> Datum:
-        """Return the identity of a variable. Give the variable a name that is unique in the routine or the module."""
+        """Return the key that identifies a variable, and give the variable a RAPID name that is unique in its routine
+        or module."""
         own, program = self.own.get(it.key), self.analysis.program
         inner = it.key in self.parameters or it.key in self.loops or (own is not None and own.automatic)
         datum = (program.key if inner or own is not None else "", kind := self._kind(it), it.key)
@@ -731,8 +736,8 @@ class RapidTranslator:
         raise NoCounterpart(_describe(it))
 
     def _fill(self, form: tuple[str, list[str]], given: Sequence[ast.Expression | None], what: str) -> str:
-        """Return a form with its arguments filled in. `what`: the construct, named in the error if it has too many
-        arguments. Raises NoCounterpart."""
+        """Return a form (RAPID text with gaps) with the arguments filled in. `what`: the construct, named in the error
+        if it has too many arguments. Raises NoCounterpart."""
         types = " ".join(form[1]).split()
         if len(given) > len(types):
             raise NoCounterpart(what)
@@ -745,9 +750,9 @@ class RapidTranslator:
     # --- names ---
 
     def _learn_from_calls(self) -> None:
-        """Find the parameters that programs change, and the kinds of variables that only arguments determine. Repeat
-        until nothing new is found. A program also changes a parameter if it changes a shared variable that was passed
-        for it."""
+        """Find the parameters that programs change, and the kinds of parameters that only the arguments of calls
+        determine. Repeat until nothing new is found. A program also changes a parameter if it changes a shared variable
+        that was passed for it."""
         programs, known = {one.program.key: one.program for one in self.programs}, -1
         writes: dict[str, set[str]] = {key: set() for key in programs}  # the shared variables that a program changes
         while known != (known := sum(map(len, (self.changing, *self.kinds.values(), *writes.values())))):
@@ -778,7 +783,7 @@ BLOCKS: Mapping[type, BlockLine] = {
     ast.Value: BlockLine("CASE {}:", "num", "1", back=1),
     ast.Any: BlockLine("DEFAULT:", back=1),
 }
-Datum = tuple[str, Kind, str]  # a program ("" for a shared variable), and the kind and key of a variable
+Datum = tuple[str, Kind, str]  # identifies a variable: its program ("" if shared), its kind and its key
 INSTRUCTIONS: Mapping[str, Callable[[RapidTranslator, ast.Instruction], None]] = {
     "SPEED": RapidTranslator._speed,
     "SIGNAL": lambda self, it: self.say(*[self._signal("SIGNAL", one) for one in it.arguments]),
@@ -798,8 +803,8 @@ def _minus(it: ast.Expression | None) -> ast.Expression:
 
 
 def _free(name: str, taken: Collection[str]) -> str:
-    """Return an identifier made from a name. It is not in use, and is neither a word of RAPID nor the name of a
-    routine."""
+    """Return an identifier made from a name, such that it is not in `taken`, and is neither a RAPID word nor the name
+    of a routine."""
     plain = identifier(name.lower(), 28)
     while plain in TAKEN or plain in taken or NUMBERED.fullmatch(plain):
         plain += "_"

@@ -21,8 +21,8 @@ from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import FIRST_INPUT, HAND, Event, Frames, Motion, MotionKind, Start
 
-SAME_TIME = 1e-6  # [s] tolerance for equal times
-SAME_PLACE = 1e-7  # [rad, m] tolerance for equal joints
+SAME_TIME = 1e-6  # [s] times that differ by no more count as equal
+SAME_PLACE = 1e-7  # [rad, m] joints that differ by no more count as equal
 MIN_BLEND = 1e-4  # [m] minimum distance for a blend; a smaller one is written as a stop
 SAMPLES = 9  # number of samples in a segment for the maximum speeds
 
@@ -83,7 +83,8 @@ class HandStep(RunStep, frozen=True):
 
 
 class InputStep(RunStep, frozen=True):
-    """A reading of an input that was `on` or off. `waited`: how long the program had waited for the input [s]."""
+    """A reading of an input by the program. `on`: the value that was read. `waited`: how long the program had waited
+    for the input [s]."""
 
     number: int
     on: bool
@@ -115,7 +116,8 @@ def executed_run(arm: RobotArm, timeline: Timeline) -> ExecutedRun:
     initial, *motions = (list(found) for _, found in groupby(timeline, key=lambda segment: segment.motion.number))
     builder = StepBuilder(arm, timeline, motions, initial[0].motion.frames)
     inputs, on = list[tuple[float, int, bool]](), dict[int, bool]()
-    for event in timeline.events:  # sensors of a cell make no events, but recorded readings show their states
+    # sensors of a cell change inputs without events, so recorded readings are used for their states
+    for event in timeline.events:
         if event.channel >= FIRST_INPUT and on.get(event.channel, False) is not event.value > 0.0:
             on[event.channel] = event.value > 0.0
             inputs.append((event.time, event.channel, event.value > 0.0))
@@ -124,12 +126,12 @@ def executed_run(arm: RobotArm, timeline: Timeline) -> ExecutedRun:
 
 
 class StepBuilder:
-    """A builder of the steps of a timeline. `motions`: the segments of the timeline, grouped by motion."""
+    """A builder of the list of steps of a timeline. `motions`: the segments of the timeline, grouped by motion."""
 
     def __init__(self, arm: RobotArm, timeline: Timeline, motions: Sequence[Sequence[Segment]], frames: Frames) -> None:
         self.arm, self.timeline, self.motions, self.frames = arm, timeline, motions, frames
         self.opening = 0.0  # current opening of the hand
-        self.clock = timeline.start  # time up to which steps were made [s]
+        self.clock = timeline.start  # [s] time up to which the steps are complete
         self.events = [e for e in timeline.events if e.observed is (e.channel >= FIRST_INPUT)]
 
     def steps(self) -> Iterator[RunStep]:
@@ -171,7 +173,8 @@ class StepBuilder:
             yield from self._wait(move.time)
             yield self._step_of(event, late=event.time - move.time)
             return
-        if event.observed and event.duration == 0.0:  # the input has just changed, so the program was waiting for it
+        # a program that waited for an input reads it as soon as it changes
+        if event.observed and event.duration == 0.0:
             yield self._step_of(event, waited=max(event.time - self.clock, 0.0))
             self.clock = max(self.clock, event.time)
             return
@@ -233,7 +236,7 @@ class StepBuilder:
         return reached if found is None else found
 
     def _rates(self, segments: Sequence[Segment], begun: Joints, joints: Joints) -> tuple[float, ...]:
-        """Return the maxima of MoveStep for a motion, in the order of its fields."""
+        """Return the maxima during a motion, in the order of the fields of MoveStep."""
         arm, tool, limits = self.arm, segments[0].motion.frames.tool, self.arm.model.max_velocity
         farthest = max(range(len(joints)), key=lambda i: abs(joints[i] - begun[i]) / limits[i])
         most = [0.0] * 6
@@ -264,7 +267,7 @@ class StepBuilder:
 def _without_polling(steps: Iterator[RunStep]) -> Iterator[RunStep]:
     """Yield the steps, with repeated readings of one input merged into one step: the last reading, with the time waited
     since the first."""
-    held: list[RunStep] = []  # a reading of an input, and the waits after it
+    held: list[RunStep] = []  # a reading of an input and the waits after it, not yielded yet
     for step in steps:
         first = held[0] if held else None
         if isinstance(step, InputStep) and isinstance(first, InputStep) and step.number == first.number:
@@ -281,8 +284,8 @@ def _without_polling(steps: Iterator[RunStep]) -> Iterator[RunStep]:
 
 
 def _without_overlaps(moves: Sequence[MoveStep | None]) -> list[MoveStep | None]:
-    """Return the moves, with each blend limited to half the distance to the neighbouring corners, as controllers
-    require."""
+    """Return the moves with each blend limited to half the distance to the neighbouring targets, because controllers do
+    not allow overlapping blends."""
     found, places = list(moves), [None if move is None else tip(move.T_world_tool) for move in moves]
     for k, move in enumerate(moves):
         here = places[k]

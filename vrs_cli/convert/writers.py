@@ -69,8 +69,8 @@ class StepWriter:
     language can move (R for a joint that turns, P for one that slides); empty: all robots. `signal_count`: the number
     of outputs and of inputs; None: as many as VAL-II has.
 
-    `words`: templates of lines in the language, by their meaning. In the lines for signals, {0} is one of `states`, {1}
-    is NOT for an input that is off, and the `address` follows.
+    `words`: templates of lines in the target language, by their meaning. In the lines for signals, {0} is one of
+    `states`, {1} is NOT for an input that is off, and the `address` follows.
     """
 
     title: ClassVar[str]
@@ -90,8 +90,8 @@ class StepWriter:
         self.lines, self.notes = list[str](), dict[str, None]()
         self.frames = run.frames
         self.before: MoveStep | None = None  # the last move written
-        self.told = dict[str, str]()  # the last line written for each setting
-        self.data = dict[tuple[str, str], str]()  # the name of each declared (type, value)
+        self.told = dict[str, str]()  # by name of a setting: the last line that was written to set it
+        self.data = dict[tuple[str, str], str]()  # by type and value: the name with which the value was declared
 
     @classmethod
     def check(cls, model: RobotModel) -> None:
@@ -118,7 +118,7 @@ class StepWriter:
         )
 
     def step(self, step: RunStep, following: MoveStep | None) -> None:
-        """Write a step. `following`: the move that begins immediately after the step, or None."""
+        """Write a step. `following`: the move after the step, or None if the robot waits first or the run ends."""
         match step:
             case MoveStep():
                 self._tell_of(step)
@@ -150,8 +150,8 @@ class StepWriter:
                 self.hand(step, following)
 
     def _tell_of(self, move: MoveStep) -> None:
-        """Write a comment with the command of a move, and notes on what the language cannot express: a start time, a
-        cut, a stream of targets."""
+        """Write a comment with the command that caused a move, and notes on what the language cannot express: a start
+        time, an interruption, a stream of targets."""
         motion = move.motion
         if motion.text:
             self.say(f"{self.remark} {motion.text}")
@@ -189,7 +189,7 @@ class StepWriter:
     def do(self, line: str, request: commands.Request | None = None) -> None:  # noqa: ARG002 (PythonWriter uses it)
         self.say(line)
 
-    # --- what differs between the languages ---
+    # --- methods that differ between the languages ---
 
     def around(self) -> tuple[list[str], list[str]]:
         """Return the lines before and the lines after the steps."""
@@ -356,7 +356,7 @@ class KRLWriter(StepWriter):
         self.say(line)
 
     def _tell_late(self, step: RunStep, what: str) -> None:
-        if step.late < 0.0 or isinstance(step, InputStep):  # TRIGGER can express a later time
+        if step.late < 0.0 or isinstance(step, InputStep):  # TRIGGER can only act later than the start of a motion
             super()._tell_late(step, what)
 
     def _axes(self, joints: Joints) -> str:
@@ -394,7 +394,8 @@ class RapidWriter(StepWriter):
         "RAPID: the mass of each tool is written as 1 kg at its flange: give its own",
     )
     states = ("0", "1")
-    words: ClassVar[Mapping[str, str]] = {  # without TOOL and BASE, which each motion of RAPID names
+    # has no lines for TOOL and BASE, because each motion in RAPID names its tool and frame
+    words: ClassVar[Mapping[str, str]] = {
         "wait": "WaitTime {};",
         "in": "WaitDI di{2}, {0};",
         "out": "SetDO do{2}, {0};",
@@ -439,8 +440,8 @@ SHORT = {  # start of the names of data, by type, in the order in which the type
 
 
 def external(axes: Sequence[str] = ()) -> str:
-    """Return the external axes of a target; 9E9 means no axis. The robot's seventh joint, if any, is the first of
-    them."""
+    """Return the text for the external axes of a target, where 9E9 means no axis. The robot's seventh joint, if any, is
+    the first of them."""
     return f"[{', '.join([*axes, *['9E9'] * (6 - len(axes))])}]"
 
 
@@ -505,15 +506,15 @@ class PythonWriter(StepWriter):
     def __init__(self, run: ExecutedRun, name: str, source: str) -> None:
         super().__init__(run, name, source)
         self.engine = Engine(self.arm.model, start=run.start)
-        self.later = 0.0  # delay of the written program relative to the run [s]
+        self.later = 0.0  # [s] time of an action in the written program minus its time in the run
         self.inputs = list(run.inputs)
-        self.taken = 0.0  # part of the next wait that the hand's motion already covers [s]
+        self.taken = 0.0  # [s] part of the next wait that has already passed while the hand moved
         self.told |= {
             "ACCEL": "ACCEL 100",
             "PROFILE": f"PARAMETER PROFILE = {self.arm.model.profile}",
             "HAND.TIME": f"PARAMETER HAND.TIME = {PARAMETERS['HAND.TIME'].default}",
         }
-        self.signals = list[str]()  # changes of inputs, as text of an argument of Robot
+        self.signals = list[str]()  # changes of inputs, as text for the argument `signals` of Robot
         for request in (commands.SetTool(run.frames.tool), commands.SetBase(run.frames.base)):
             self.engine.perform(request)
 
@@ -631,7 +632,7 @@ class PythonWriter(StepWriter):
         return None
 
     def _begins(self, following: MoveStep | None) -> float:
-        """Return when the next motion begins [s]."""
+        """Return the time at which the next motion of the written program begins [s]."""
         stamp = None if following is None else self._stamp(following)
         return max(self.engine.now, self.engine.end) if stamp is None else stamp
 

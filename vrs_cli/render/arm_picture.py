@@ -18,14 +18,14 @@ WIDTH, HEIGHT = 80, 21  # columns and rows of the picture, if the page has no si
 TEXT_ROWS = 3  # rows of text above and below the drawing
 MIN_WIDTH, MIN_HEIGHT = 24, 7
 GAP = 2  # columns between the two views
-FLAT = 0.01  # fraction of the reach: an arm whose height range is smaller is drawn from above only
-THICK = 0.055  # fraction of the reach: thickness of the links at the base; at the tool it is half
+FLAT = 0.01  # fraction of the reach: an arm with a smaller height range is drawn only from above
+THICK = 0.055  # fraction of the reach: thickness of the links at the base; it shrinks to half at the tool
 HAND = 0.06  # fraction of the reach: length of the fingers, and their distance when open
 EDGE = 0.04  # fraction of the reach: free margin around the picture
 
 
 class DrawnPart(IntEnum):
-    """The parts of the picture, from the back to the front."""
+    """The parts of the picture in the order in which they cover each other, from the back to the front."""
 
     REACH = 0
     PAST = 1
@@ -42,7 +42,8 @@ class DrawnPart(IntEnum):
 
 
 class PartStyle(NamedTuple):
-    """The way a part is drawn: its ink, its letter if the terminal shows no dots, and its name in the legend."""
+    """How a part of the picture is drawn: its ink (kind of text, which decides the colour), its letter if the terminal
+    shows no dots, and its name in the legend."""
 
     ink: Ink
     letter: str
@@ -115,10 +116,10 @@ class ArmDrawing:
     def __init__(self) -> None:
         self._page: tuple[object, ...] = ()
         self._frames: tuple[ViewFrame, ...] = ()
-        self._reach: tuple[Canvas, ...] = ()  # the canvases that show only the reach
-        self._behind: tuple[object, ...] = ()  # the lines that did not change since the last picture
+        self._reach: tuple[Canvas, ...] = ()  # for each view, the canvas that shows only the reach
+        self._behind: tuple[object, ...] = ()  # the lines of the last picture that belong to the background
         self._canvases: tuple[Canvas, ...] = ()
-        # the cells that each line covers in a view
+        # the cells that each line covers in a view, kept from the last picture
         self._kept: dict[tuple[ViewFrame, int], tuple[Points, Sequence[Cell]]] = {}
         self._new = dict(self._kept)
         self._rows: dict[tuple[int, int], tuple[Piece, ...]] = {}  # finished rows of the background, by view and row
@@ -162,7 +163,8 @@ class ArmDrawing:
             self._reach = tuple(Canvas(frame.width, frame.height, *size) for frame in self._frames)
             for frame, canvas in zip(self._frames, self._reach, strict=True):
                 Pen(frame, page.unicode, canvas).line(DrawnPart.REACH, _outline(frame.view, picture.reach), every=3)
-        behind = (picture.past[:-1], picture.planned[1:])  # all lines except those of the current motion
+        # the background: all tool paths except that of the current motion
+        behind = (picture.past[:-1], picture.planned[1:])
         if behind != self._behind:
             self._behind, self._rows = behind, {}
             pens = tuple(self._pens(self._reach, page))
@@ -175,7 +177,7 @@ class ArmDrawing:
         return [_draw_foreground(pen, picture) for pen in self._pens(self._canvases, page)]
 
     def _cells_of(self, pen: Pen, points: Points) -> Sequence[Cell]:
-        """Return the cells that a line covers, computed once while the line stays in the picture."""
+        """Return the cells that a line covers; compute them only once for as long as the line stays in the picture."""
         key = (pen.frame, id(points))
         kept = self._new.get(key) or self._kept.get(key)
         if kept is None:
@@ -205,7 +207,8 @@ def _fit_pieces(pieces: Iterable[Piece], width: int) -> TextLine:
 
 def _frames(picture: ArmPicture, width: int, height: int) -> tuple[ViewFrame, ...]:
     """Return the frames of the views: one common scale, each view centred."""
-    columns = list(zip(*picture.reach, picture.links[0], strict=True))  # these points do not change while the arm moves
+    # these points stay the same while the arm moves, and so does the scale
+    columns = list(zip(*picture.reach, picture.links[0], strict=True))
     low, high = list(map(min, columns)), list(map(max, columns))
     size = max(b - a for a, b in zip(low, high, strict=True))
     views = (ABOVE,) if high[2] - low[2] <= size * FLAT else (SIDE, ABOVE)
@@ -277,14 +280,14 @@ def _draw_foreground(pen: Pen, picture: ArmPicture) -> Canvas:
 
 
 def _outline(view: View, points: Sequence[Vector]) -> list[Vector]:
-    """Return the closed convex outline of points in a view (Andrew's monotone chain, 1979)."""
+    """Return the convex hull of points in a view as a closed polygon (Andrew's monotone chain, 1979)."""
     seen = sorted({view.of(p): p for p in points}.items())
     halves = [_half([p for _, p in row], view) for row in (seen, seen[::-1])]
     return [*halves[0], *halves[1][1:]]
 
 
 def _half(points: Sequence[Vector], view: View) -> list[Vector]:
-    """Return the right-hand half of the outline, from the first point to the last."""
+    """Return the half of the convex hull to the right of the line from the first point to the last."""
     found = list[Vector]()
     for p in points:
         while len(found) > 1 and not _turns_left(*map(view.of, (*found[-2:], p))):

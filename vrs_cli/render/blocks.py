@@ -72,7 +72,8 @@ class Grid(Struct, frozen=True):
     latex: str = ""
 
     def widths(self) -> tuple[int, ...]:
-        """Return the width of each column in characters. Numbers of a tight grid keep one blank before them."""
+        """Return the width of each column in characters. Columns of numbers in a tight grid include one blank before
+        the number."""
         return tuple(
             max(column.width, len(column.heading), *(self.tight * column.right + len(row[i]) for row in self.rows), 0)
             for i, column in enumerate(self.columns)
@@ -83,8 +84,8 @@ Block = TextLine | Grid
 
 
 class Page(Struct, frozen=True):
-    """The size and abilities of the output: characters per line, and rows of a table that grows with time (None: no
-    limit).
+    """The size and abilities of the output. `width`: characters per line; `rows`: maximum rows of a table that grows
+    with time (None: no limit).
 
     `colours` and `unicode`: whether it shows colours and characters beyond ASCII. `height`: visible rows.
     """

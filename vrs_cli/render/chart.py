@@ -15,7 +15,7 @@ from vrs_cli.values import numbers, replies
 DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 FINE, PLAIN = (2, 4), (1, 1)  # number of dots in a cell, across and down
 
-Dot = tuple[float, float]  # a point on a canvas: x to the right and y down, in dots
+Dot = tuple[float, float]  # a point on a canvas, in dots: x to the right and y down
 Cell = tuple[int, int, int]  # a cell of a canvas: its row, its column, and its dots as bits
 
 HEIGHT = 16  # rows of the drawing, unless the page is shorter
@@ -23,8 +23,8 @@ WIDTH = 64  # columns of the drawing, unless the page is narrower
 LABEL = 11  # columns of the numbers to the left of the curves
 MIN_WIDTH, MIN_HEIGHT = 16, 6
 TICK = 10  # approximate columns between the numbers of the time axis
-TICKS = 0.5  # approximate number of labels per row on the vertical axis
-SPAN = 2  # number of adjacent columns in which one of several coinciding curves is visible
+TICKS = 0.5  # approximate number of labels of the vertical axis per row of the drawing
+SPAN = 2  # where curves coincide, each is visible for this many columns in turn
 ENTRY = 28  # columns of one legend entry
 
 
@@ -37,7 +37,7 @@ class Canvas:
         self.dots_wide, self.dots_high = dots_wide, dots_high
         self.owner: list[dict[int, int]] = [{} for _ in range(height)]
         self.dots: list[dict[int, int]] = [{} for _ in range(height)]
-        self.shared = [False] * height  # whether a row is still shared with the canvas that was copied
+        self.shared = [False] * height  # whether a row is still shared with the canvas from which this one was copied
 
     def copy(self) -> Canvas:
         """Return a copy to draw on. After this call, do not draw on the original canvas."""
@@ -55,14 +55,14 @@ class Canvas:
         return [(row, column, bits) for row, dots in enumerate(self.dots) for column, bits in dots.items()]
 
     def lay(self, owner: int, cells: Iterable[Cell]) -> None:
-        """Add the cells of another canvas of the same size."""
+        """Draw cells that were taken from another canvas of the same size."""
         for row, column, bits in cells:
             owners, dots = self._own(row)
             dots[column] = dots.get(column, 0) | bits
             owners[column] = owner
 
     def _own(self, row: int) -> tuple[dict[int, int], dict[int, int]]:
-        """Return the owners and dots of a row for drawing; copy them first if another canvas shares them."""
+        """Return the owners and dots of a row, to be changed; copy them first if another canvas shares them."""
         if self.shared[row]:
             self.shared[row] = False
             self.owner[row], self.dots[row] = dict(self.owner[row]), dict(self.dots[row])
@@ -77,7 +77,7 @@ class Canvas:
             owners[column] = owner
 
     def _row(self, owner: int, first: int, last: int, y: int) -> None:
-        """Draw a horizontal run of dots."""
+        """Draw adjacent dots from `first` to `last` in the row `y` of dots."""
         row, wide = y // self.dots_high, self.dots_wide
         first, last = max(first, 0), min(last, self.width * wide - 1)
         if not 0 <= row < self.height or last < first:
@@ -128,8 +128,9 @@ class Canvas:
             self._row(owner, x - half, x + half, y + down)
 
     def pieces(self, row: int, look: Callable[[int], tuple[Ink, str]]) -> Iterator[Piece]:
-        """Yield a row as pieces, one for each run of cells with the same owner. `look`: returns the ink of an owner,
-        and its letter for canvases with one dot per cell."""
+        """Yield a row as pieces of text, one for each sequence of adjacent cells drawn by the same object (owner).
+        `look`: returns the ink (kind of text, which decides the colour) for an owner, and the letter that draws it on
+        canvases with one dot per cell."""
         dots = self.dots[row]
         for owner, columns in groupby(range(self.width), self.owner[row].get):
             if owner is None:
@@ -153,7 +154,7 @@ def round_figures(first: float, last: float, size: int, count: float) -> dict[in
 
 
 def round_step(least: float) -> float:
-    """Return the smallest number that is at least `least` and is 1, 2 or 5 times a power of ten."""
+    """Return the smallest number that is at least `least` and equals 1, 2 or 5 times a power of ten."""
     power = 10.0 ** floor(log10(least))
     return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1.0 - 1e-9))
 
@@ -163,11 +164,11 @@ def chart(plot: replies.Plot, page: Page) -> Iterator[TextLine]:
     width = WIDTH if page.width is None else max(MIN_WIDTH, min(page.width - LABEL - 2, 2 * WIDTH))
     fine = page.unicode and page.colours
     legend = list(_legend(plot.curves, LABEL + width, fine))
-    around = 3 + len(legend)  # rows of legend, title and time axis
+    around = 3 + len(legend)  # number of rows needed for the legend, the title and the time axis
     height = HEIGHT if page.height is None else max(MIN_HEIGHT, min(page.height - around, HEIGHT))
     low = min(min(curve.values) for curve in plot.curves)
     high = max(max(curve.values) for curve in plot.curves)
-    if high - low <= 1e-9:  # give constant curves a range of values
+    if high - low <= 1e-9:  # a constant curve: choose a range around it, because the scale needs one
         low, high = low - 1.0, high + 1.0
     yield line(f"{plot.title} [{plot.unit}]", Ink.HEADING)
     canvas = _draw_curves(plot.curves, low, high, Canvas(width, height, *(FINE if fine else PLAIN)))
@@ -208,7 +209,7 @@ def _draw(canvas: Canvas, curve: int, values: Sequence[float], low: float, high:
 
 
 def _at(values: Sequence[float], fraction: float) -> float:
-    """Return the value at a fraction of the curve, interpolated between its neighbours."""
+    """Return the value at a fraction (0 to 1) of the curve's length, interpolated between the neighbouring samples."""
     place = fraction * (len(values) - 1)
     i = min(int(place), max(len(values) - 2, 0))
     return values[i] + (values[min(i + 1, len(values) - 1)] - values[i]) * (place - i)

@@ -15,7 +15,7 @@ from functools import cache
 
 
 class Ink(Enum):
-    """The kind of a piece of text, which decides its colour."""
+    """The kind of a piece of text (name, number, warning, ...), which decides its colour."""
 
     TEXT = "text"
     HEADING = "heading"
@@ -117,11 +117,14 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE | re.IGNORECASE | re.DOTALL,
 )
-_TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")  # indexes and equals sign after the name in an assignment
+# matches indexes and the equals sign, if a name before them is assigned to
+_TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")
 
-_FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Z][\w.]*)", re.IGNORECASE)  # the first word of a line, after its label
+# the first word of a line, after an optional numeric label
+_FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Z][\w.]*)", re.IGNORECASE)
 
-LINKING = frozenset({"AT", "IN", "DO", "GOTO", "MONITOR"})  # linking words that are not in the tables
+# words that link the parts of a statement and are not in the language's tables
+LINKING = frozenset({"AT", "IN", "DO", "GOTO", "MONITOR"})
 
 _INKS: Mapping[str, Ink] = {
     "comment": Ink.COMMENT,
@@ -160,7 +163,8 @@ def _inner_words() -> Mapping[str, Ink]:
 
 @cache
 def _with_links() -> frozenset[str]:
-    """Return the words that a linking word may follow directly: READY AT 5, WHERE FROM 1."""
+    """Return the first words of lines that a linking word (AT, FROM) may follow directly, as in READY AT 5 and WHERE
+    FROM 1."""
     from vrs_cli.language.words.instructions import INSTRUCTIONS
     from vrs_cli.language.words.monitor import COMMANDS
 
@@ -192,7 +196,8 @@ def scan(line: str, variables: Container[str] = ()) -> Iterator[tuple[str, Ink]]
     `variables`: the keys of variables that have the name of a function.
     """
     first, linking = True, _words_of(line)
-    ended = False  # whether a value or the first word is complete, so that a linking word may follow
+    # whether the text before this word is a complete value or first word, which a linking word may follow
+    ended = False
     for token in _TOKEN.finditer(line):
         text, sort = token.group(), token.lastgroup or "operator"
         if sort != "word":

@@ -65,7 +65,7 @@ class TerminalRenderer:
 def _fit_grid(grid: Grid, page: Page) -> Iterator[Block]:
     """Yield parts of a grid that fit the page. If the page has no Unicode, or the grid is not boxed, yield lines of
     text instead."""
-    rules = len(grid.columns) if grid.boxed else 0  # rich separates the columns by one more character
+    rules = len(grid.columns) if grid.boxed else 0  # rich draws one more character between columns
     for part in split(grid, None if page.width is None else page.width - rules):
         yield from (part,) if part.boxed and page.unicode else grid_lines(part)
 
@@ -110,7 +110,7 @@ def draw_lesson_text(text: str, palette: Palette = COLOURS, console: Console | N
 
 
 def _lines(text: str) -> Iterator[tuple[str, TextLine]]:
-    """Yield each heading, paragraph, item and line of code, with the prefix for its first row."""
+    """Yield each heading, paragraph, item and line of code, with the prefix for its first row, such as a bullet."""
     for block in _blocks(text):
         head = block[0]
         if head.startswith("#"):

@@ -17,7 +17,7 @@ from vrs_cli.values.replies import Plot, Reply
 
 WIDTH, HEIGHT = 640, 300  # [px] size of the picture of a plot
 LEFT, TOP, RIGHT, BOTTOM = 60, 24, 70, 36  # [px] margins around the curves
-LINES = 6  # approximate number of grid lines per scale
+LINES = 6  # approximate number of grid lines for each axis
 
 
 def html(replies: Iterable[Reply]) -> str:
@@ -50,7 +50,7 @@ def pieces_html(pieces: Iterable[Piece]) -> str:
 
 
 def _table(grid: Grid) -> str:
-    """Return a grid as an HTML table; numbers stay on one line with their units."""
+    """Return a grid as an HTML table, in which no line breaks between a number and its unit."""
     styles = ["text-align:right;white-space:nowrap" if column.right else "text-align:left" for column in grid.columns]
     heads = [column.heading for column in grid.columns]
     head = f"<thead><tr>{_cells('th', heads, styles)}</tr></thead>" if any(heads) else ""
@@ -136,8 +136,8 @@ _LATEX = {"\\": r"\backslash ", "^": r"\^{}", "~": r"\~{}", **{one: f"\\{one}" f
 
 
 def markdown(shown: Iterable[Block]) -> str:
-    """Return blocks as Markdown: formulas are between $$, and the first row of a table has its headings. User text is
-    escaped."""
+    """Return blocks as Markdown: formulas are between $$, and the first row of each table contains the column headings.
+    User text is escaped."""
     parts = []
     for block in shown:
         if block.latex:
@@ -157,7 +157,8 @@ def _escape(text: str) -> str:
 
 
 def latex_document(shown: Iterable[Block]) -> str:
-    """Return blocks as LaTeX that MathJax can also draw: text is unchanged, formulas and tables are between $$."""
+    """Return blocks as LaTeX that MathJax can also draw: text is copied unchanged, and formulas and tables are between
+    $$."""
     parts = []
     for block in shown:
         if block.latex:

@@ -74,8 +74,8 @@ def verdict(option: results.Option, units: JointUnits) -> str:
 
 
 def _overruns(overruns: Sequence[results.Overrun], units: JointUnits) -> str:
-    """Describe by how much joints leave their ranges. Of neighbouring joints with equal units, only the last shows the
-    unit."""
+    """Describe by how much joints leave their ranges. If neighbouring joints have the same unit, only the last of them
+    shows it."""
     parts = []
     for this, after in zip_longest(overruns, overruns[1:]):
         unit = units.unit(this.joint)
@@ -111,13 +111,14 @@ def _way_out(out: results.WayOut) -> str:
     return "Instead: MOVE, on another path"
 
 
-BINDS = 0.95  # fraction of a limit above which the limit counts as binding, because lines are planned with a margin
-ROUNDING = 1e-9  # [rad] tolerance of an angle
+# a quantity above this fraction of its limit counts as limited by it, because lines are planned with a margin
+BINDS = 0.95
+ROUNDING = 1e-9  # [rad] a smaller angle counts as zero
 NEAR_END = 1.0  # [deg, mm] a joint that is closer than this to an end of its range counts as at the end
 SCALES = {"mm": 1e3, "mm2": 1e6, "deg": degrees(1.0), "": 1.0}
-NOTHING = 5e-4  # fraction of a limit below which a load is shown as zero, without a time
+NOTHING = 5e-4  # a load below this fraction of its limit is shown as zero, without a time
 ENTRY = 9  # number of characters of a matrix element
-PLAIN_WIDTH = 100  # number of characters per row of matrices, if the page has no width
+PLAIN_WIDTH = 100  # characters per row of matrices if the page does not set a width
 
 
 def formula(text: str, written: str = "") -> blocks.TextLine:
@@ -247,7 +248,7 @@ def _loads(loads: Sequence[results.JointLoad], units: JointUnits) -> blocks.Grid
 
 
 def _bindings(plan: results.MotionPlan, units: JointUnits) -> Iterator[str]:
-    """Describe which limits are binding, and where on the path."""
+    """Describe which limits the motion reaches (binding limits), and where on the path."""
     found = list[tuple[str, results.Peak]]()
     for load in plan.loads:
         for name, peak in (("velocity", load.velocity), ("acceleration", load.acceleration), ("jerk", load.jerk)):
@@ -377,7 +378,7 @@ def _formulas(reply: results.InverseReport, family: Family, page: blocks.Page) -
 
 
 def _sense(i: int, sign: float, zero: float) -> str:
-    """Return the equation between a joint of the robot and the joint in the formulas."""
+    """Return the equation that converts joint `i` of the formulas to the joint of the robot."""
     theta = (
         f"theta{i}"
         if abs(zero) < ROUNDING

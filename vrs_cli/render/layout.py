@@ -38,7 +38,7 @@ TONES: Mapping[replies.Tone, Ink] = {
     replies.Tone.ERROR: Ink.ERROR,
 }
 
-PLAIN_WIDTH = 80  # number of characters per line of wrapped text, if the page has no width
+PLAIN_WIDTH = 80  # characters per line of wrapped text if the page does not set a width
 NAME_COLUMN = 16
 SIGNALS_A_ROW = 16
 ROWS_ALWAYS = 2  # rows of a bank of signals that are always shown; further rows are shown if one of their signals is on
@@ -373,7 +373,7 @@ def _help_page(reply: replies.HelpPage, page: Page) -> Iterator[Block]:
 
 
 def _sentence(text: str) -> str:
-    """Return the text with a capital letter at the start and a full stop at the end."""
+    """Return the text as a sentence: with a capital letter at the start and a full stop at the end."""
     text = text[:1].upper() + text[1:]
     return text if text.endswith((".", "!", "?")) or not text else f"{text}."
 
@@ -492,8 +492,8 @@ def _measures(a: results.Extent, b: results.Extent) -> Iterator[tuple[str, ...]]
 
 
 def _fates(reply: replies.ComparisonTable) -> Grid:
-    """Return a grid of commands with their times on both timelines, and with the requested time if any motion begins at
-    another time."""
+    """Return a grid of the commands of two timelines, with their times on both, and with the requested time if any
+    motion begins at another time."""
     pairs = reply.comparison.commands
     displaced = any(record.is_displaced for pair in pairs for record in (pair.a, pair.b) if record is not None)
     columns = (

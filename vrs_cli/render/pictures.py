@@ -97,7 +97,7 @@ def in_script(data: Mapping[str, Any]) -> str:
 @cache
 def _page_code() -> tuple[str, str]:
     """Return the script and the style sheet in a form that can be embedded in HTML. Both are converted to ASCII,
-    because a notebook may be read in another encoding."""
+    because a notebook may be read with an encoding other than UTF-8."""
 
     def escape_sign(found: re.Match[str]) -> str:
         units = found[0].encode("utf-16-be").hex()
@@ -196,7 +196,7 @@ class BrowserPage:
                 told = json.loads(self._socket.recv(timeout=max(deadline - time.monotonic(), 0.0)))
                 if told.get("id") == self._id:
                     break
-        except Exception as error:  # websockets raises errors of several families
+        except Exception as error:  # websockets raises errors with no common base class
             raise PictureError("the browser draws nothing", f"{method}: {error or type(error).__name__}") from error
         if "error" in told:
             raise PictureError("the browser draws nothing", f"{method}: {told['error'].get('message')}")
@@ -240,7 +240,7 @@ SIZE, FILM_SIZE, GIF_SIZE = (960, 640), (1280, 720), (640, 420)  # [px] sizes of
 FINE, FAST = 1, 3  # quality of the page: FINE has shadows, FAST has none
 FRAMES_A_SECOND = 10.0  # [1/s] frame rate of a film
 MAX_FRAMES = 600  # maximum number of frames of a film; drawing one takes 0.1 s to 1 s
-# resolution of the time in a caption [1/s]; finer digits would be unreadable in a film
+# [1/s] time steps in a caption: digits that change faster would be unreadable in a film
 TIME_STEPS_A_SECOND = 10
 JPEG = {"quality": 92, "optimizeForSpeed": True}
 H264 = ("-c:v", "libx264", "-preset", "fast", "-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-movflags", "+faststart")

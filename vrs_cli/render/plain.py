@@ -30,7 +30,7 @@ def for_stream(text: str, stream: TextIO) -> str:
     return visible(text) if stream.isatty() else text
 
 
-MAX_NAMES = 5  # maximum number of motions listed by name; the others are counted
+MAX_NAMES = 5  # maximum number of motions that a sentence names; it gives the number of the others
 
 
 def sentences(it: results.Displacement) -> Iterator[str]:
@@ -58,8 +58,8 @@ def _names(moved: Sequence[results.Moved]) -> str:
 
 
 def untrue_sentence(it: results.Untrue) -> str:
-    """Describe a command whose reason no longer holds. Example: `MOVE b was given when 1001 came on at 3.200 s; it no
-    longer does (pick step 4: WAIT SIG(1001))`."""
+    """Describe a command that depended on a signal reading which no longer holds. Example: `MOVE b was given when 1001
+    came on at 3.200 s; it no longer does (pick step 4: WAIT SIG(1001))`."""
     signal, state = f"{it.signal} ({it.name})" if it.name else str(it.signal), "on" if it.on else "off"
     does, verb = ("came", "does") if it.changed else ("was", "is")
     given = f"{it.command} was given" if it.command else "a program went on"

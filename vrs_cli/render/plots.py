@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from vrs_cli.values.replies import Plot
 
 TIME = "t [s]"
-SAMPLES = 2000  # number of equidistant samples, in addition to those at the borders of segments
+SAMPLES = 2000  # number of equidistant samples, in addition to those at the boundaries of segments
 SIZE = (9.0, 8.0)  # [inch] size of a picture
 STYLE = {"svg.hashsalt": "vrs", "svg.fonttype": "none", "font.size": 9.0}
 
 
 class Curves(NamedTuple):
-    """One panel: its title with the unit, and named columns of values, each with N values at the N values of `along`.
-    `marks`: values along the axis, each with a named vertical line."""
+    """One panel of curves: its title with the unit, and named columns with N values each, one for each of the N values
+    of the horizontal axis, `along`. `marks`: named vertical lines, by their value on this axis."""
 
     title: str
     names: Sequence[str]
@@ -79,7 +79,7 @@ def plot_panels(path: str | Path, along: str, panels: Sequence[Curves], title: s
 
 def trajectory_panels(arm: RobotArm, timeline: Timeline) -> tuple[Curves, ...]:
     """Return panels with the joints, their velocities and the tool. The samples are equidistant; further samples are at
-    the borders of segments, where curves bend."""
+    the boundaries of segments, where curves bend."""
     import numpy as np
 
     from vrs_cli.engine.position import positions_at
@@ -127,7 +127,7 @@ def _picture_bytes(along: str, panels: Sequence[Curves], title: str, form: str) 
         buffer, undated = BytesIO(), {"svg": {"Date": None}, "png": {"Software": None}, "pdf": {"CreationDate": None}}
         figure.savefig(
             buffer, format=form, metadata=undated[form]
-        )  # without a date, so that equal curves give equal bytes
+        )  # omit the date, so that equal curves give equal bytes
         return buffer.getvalue()
 
 
@@ -135,7 +135,7 @@ WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 900, 210, 64, 70, 22, 26  # [px] size 
 CURVE_COLOURS = ("#1a5fb4", "#b3201b", "#14692d", "#8a4b08", "#6b3fa0", "#00697a", "#a3246b")
 TICKS = 6  # approximate maximum number of ticks along an axis
 HALO = "paint-order:stroke;stroke:#fff;stroke-width:3px"  # white outline that keeps a name readable on a curve
-FLAT = 1e-9  # minimum margin above and below constant curves, in their unit
+FLAT = 1e-9  # minimum margin above and below constant curves, in the curve's unit; keeps the range from being zero
 
 
 def curves_svg(panels: Sequence[Curves], along: str) -> str:
@@ -195,7 +195,8 @@ def _panel(panel: Curves, top: float) -> str:
         place = top + TOP + 12 + 16 * k
         parts.append(f'<text x="{right + 10}" y="{place:g}" style="fill:{colour}">{escape(name)}</text>')
     for k, (place, name) in enumerate(panel.marks):
-        level = top + TOP + 12 + 14 * (k % 2)  # neighbouring names do not overlap
+        # alternate between two heights, so that neighbouring names do not overlap
+        level = top + TOP + 12 + 14 * (k % 2)
         parts.append(f'<path d="M{x(place):.1f} {top + TOP:g}V{under:g}" stroke="#545d69" stroke-dasharray="2 3"/>')
         parts.append(f'<text x="{x(place) + 4:.1f}" y="{level:g}" style="{HALO}">{escape(name)}</text>')
     parts.append(f'<path d="M{LEFT} {top + TOP:g}V{under:g}H{right}" fill="none" stroke="#545d69"/>')
@@ -203,8 +204,8 @@ def _panel(panel: Curves, top: float) -> str:
 
 
 def _points(places: Sequence[tuple[float, float]]) -> str:
-    """Return the points of a line in tenths of a pixel, without repeated points and without points inside a horizontal
-    stretch."""
+    """Return the points of a line in tenths of a pixel, without repeated points and without the inner points of
+    horizontal pieces."""
     rounded = [(f"{x:.1f}", f"{y:.1f}") for x, y in places]
     kept = rounded[:1]
     for (before, here), after in zip(pairwise(rounded), [*rounded[2:], None], strict=True):

@@ -19,8 +19,8 @@ class RunProgress(AbstractContextManager["RunProgress"]):
     """A progress line: call it with the robot's time [s] as often as you like. `total`: the latest time at which the
     run can end.
 
-    `told` formats the time, or another quantity; `wall` returns real time. Nothing is shown unless stderr is a
-    terminal. Call `hide` before you print anything else.
+    `told`: formats the time, or another quantity, for the line; `wall`: returns real time [s]. Nothing is shown unless
+    stderr is a terminal. Call `hide` before you print anything else.
     """
 
     def __init__(

@@ -6,8 +6,8 @@ the position of T6, the pose of the flange in the robot's frame. ARM, ELBOW, WRI
 for LEFTY, BELOW, FLIP.
 
 The closed forms use further symbols (u h v psi m t), which the formulas define. Their derivations are in the modules of
-the closed forms. A stage names formulas and the values (`Steps`) that they give. Each formula is written once, as text;
-`latex` converts it.
+the closed forms. A stage is one step of the solution: it names formulas and the values (`Steps`) that they give. Each
+formula is written once, as text; `latex` converts it.
 """
 
 from __future__ import annotations
@@ -18,17 +18,19 @@ from typing import NamedTuple
 
 
 class Symbol(NamedTuple):
-    """A value of a closed form: its name, and the unit in which it is shown: mm, mm2, deg, SIGN, or ""."""
+    """A value that a closed form of the inverse kinematics computes: its name, and the unit in which it is shown: mm,
+    mm2, deg, SIGN, or ""."""
 
     name: str
     unit: str = ""
 
 
-SIGN = "sign"  # takes the place of a unit: the value is +1 or -1
+SIGN = "sign"  # used in place of a unit, for values that are +1 or -1
 
 
 class Stage(NamedTuple):
-    """A step of the inverse kinematics. `values`: the names of its values in `Steps`."""
+    """A step (stage) of the inverse kinematics: a title, formulas, and in `values` the names in `Steps` of the values
+    that the formulas give."""
 
     title: str
     formulas: tuple[str, ...]
@@ -36,8 +38,8 @@ class Stage(NamedTuple):
 
 
 class Family(NamedTuple):
-    """A family of arms: the stages of its closed form, and its symbols, by their names in `Steps` and among the
-    constants of the arm."""
+    """A family of arms with one closed form: its stages, and its symbols. The keys of `symbols` are the names of values
+    in `Steps` and of the constants of the arm."""
 
     stages: tuple[Stage, ...]
     symbols: Mapping[str, Symbol]
@@ -230,7 +232,7 @@ _PARALLEL = Family(
     },
 )
 
-FAMILIES: Mapping[str, Family] = {  # by the `method` of an arm
+FAMILIES: Mapping[str, Family] = {  # the key is the `method` of an arm
     "closed form, spherical wrist": _SPHERICAL,
     "closed form, joints 2 to 4 parallel": _OFFSET,
     "closed form, all axes parallel": _PARALLEL,

@@ -11,7 +11,8 @@ from vrs_cli.values.replies import Message, Reply, StyledLine
 
 def plain_text(reply: Reply) -> str:
     """Return the text of a reply, in which each line ends with a newline; "" for an empty reply."""
-    if isinstance(reply, Message):  # most runs show only such a message, and loading the layouts takes a while
+    # return early, because most runs show only such a message, and loading the layouts takes a while
+    if isinstance(reply, Message):
         return "".join(f"{line.rstrip()}\n" for line in reply.text.split("\n"))
     from vrs_cli.render.blocks import PIPE, text_of
     from vrs_cli.render.layout import blocks
@@ -20,7 +21,7 @@ def plain_text(reply: Reply) -> str:
 
 
 def styled_lines(reply: Reply, columns: int) -> Iterator[StyledLine]:
-    """Yield the lines of a reply for a screen of `columns` characters, as runs of (text, name of an `Ink`). Tables that
+    """Yield the lines of a reply for a screen of `columns` characters, as pieces (text, name of an `Ink`). Tables that
     grow with time end after `SCREEN_ROWS` rows, as on a terminal."""
     from vrs_cli.render.blocks import SCREEN_ROWS, Page, block_lines
     from vrs_cli.render.layout import blocks
