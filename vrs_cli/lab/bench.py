@@ -1,7 +1,8 @@
 """Try viewers and controllers on a robot behind a line with delays, in virtual time.
 
-A goal moves. A controller sends set points, which arrive D_f later; the robot follows them within its limits. The robot
-sends frames with its positions and each change of its timeline; both arrive D_b later.
+A controller makes the robot follow a moving goal: it sends set points, which arrive after the forward delay D_f, and
+the robot follows them within its limits. The robot sends frames with its joint positions, and each change of its
+timeline; both arrive after the backward delay D_b. A viewer estimates the robot's current position from the frames.
 """
 
 from __future__ import annotations
@@ -26,12 +27,12 @@ from vrs_cli.net.delay_line import DelayWays
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import JointTarget, Move, Stamp
 
-LEAD = 0.4  # [s] time from the issue of a motion in "moves" to its start
-BETWEEN = 2.0  # [s] time between two motions of "moves", and two goals of "steps"
+LEAD = 0.4  # [s] in scenario "moves", each motion is commanded this long before it starts
+BETWEEN = 2.0  # [s] time between two motions in "moves", and between two goals in "steps"
 SWING = 0.12  # maximum amplitude of the goal in "waves", as a fraction of a joint's range
 SPEED = 0.3  # maximum speed of the goal in "waves", as a fraction of a joint's maximum velocity
-PERIODS = (3.0, 7.0)  # [s] minimum and maximum period of "waves"
-RUN, PAUSE = (0.8, 2.5), (0.5, 1.5)  # [s] minimum and maximum duration of motions and pauses in "stops"
+PERIODS = (3.0, 7.0)  # [s] range of the random periods of the goal in "waves"
+RUN, PAUSE = (0.8, 2.5), (0.5, 1.5)  # [s] ranges of the random durations of motions and pauses in "stops"
 
 SCENARIOS = {
     "moves": f"motions to random places, each commanded {LEAD:g} s before it begins",
@@ -39,12 +40,13 @@ SCENARIOS = {
     "waves": "a goal that swings, each joint with two frequencies of its own",
     "stops": "the same goal, which stops at once now and then",
 }
-FOLLOWED = tuple(name for name in SCENARIOS if name != "moves")  # scenarios with a goal to follow
+FOLLOWED = tuple(name for name in SCENARIOS if name != "moves")  # scenarios in which a controller follows a goal
 
 
 class MethodTrial(Struct, frozen=True):
-    """One trial that lasts `seconds`, with `rate` set points, frames and samples per second. `viewers` and
-    `controller`: names, or `module:Class`."""
+    """The description of one trial. `ways`: the delays of the line; `scenario`: a key of SCENARIOS; `controller`,
+    `viewers`: names of built-in ones, or `module:Class`; `seconds`: the duration; `rate`: the number of set points,
+    frames and samples per second."""
 
     robot: RobotModel
     ways: DelayWays
@@ -56,11 +58,11 @@ class MethodTrial(Struct, frozen=True):
 
 
 class ViewerScore(Struct, frozen=True):
-    """The distance between the displayed and the true robot at the same time: for the farthest joint [deg] and for the
-    tool [mm].
+    """The error of a viewer: the distance between the displayed and the true robot at the same time.
 
-    `p95`: the 95th percentile. `jump`: the largest step between two samples that the display made and the robot did not
-    [deg]. `call_time`: the mean time of a call [s].
+    `mean`, `p95`, `most`: mean, 95th percentile and maximum for the joint with the largest error [deg]. `mean_mm`: mean
+    for the tool [mm]. `jump`: the largest difference between the displayed and the true change of a joint from one
+    sample to the next [deg]. `call_time`: the mean duration of a call of the viewer [s].
     """
 
     mean: float
@@ -72,10 +74,12 @@ class ViewerScore(Struct, frozen=True):
 
 
 class ControllerScore(Struct, frozen=True):
-    """The distance between the robot and the goal at the same time, of the farthest joint [deg].
+    """The error of a controller: the distance between the robot and the goal at the same time.
 
-    `lag`: the delay of the robot with the smallest error [s]. `effort`: the root mean square of the acceleration, as a
-    share of its limit. `held`: the share of set points outside the joint range.
+    `rms`, `most`: root mean square and maximum for the joint with the largest error [deg]. `lag`: the time shift
+    between goal and robot for which the error is smallest [s]. `effort`: the root mean square of the joint
+    accelerations, as a fraction of their limits. `held`: the fraction of set points that were outside the joint range.
+    `call_time`: the mean duration of a call of the controller [s].
     """
 
     rms: float
@@ -87,15 +91,16 @@ class ControllerScore(Struct, frozen=True):
 
 
 class MethodOutcome(Struct, frozen=True):
-    """The results of a trial: the score of each viewer by its name, and the score of the controller (None in
-    "moves")."""
+    """The results of a trial. `viewers`: the score of each viewer, by name; `controller`: the score of the controller,
+    None in the scenario "moves"."""
 
     viewers: dict[str, ViewerScore]
     controller: ControllerScore | None
 
 
 def method_outcome(trial: MethodTrial) -> MethodOutcome:
-    """Run a trial. Equal trials give equal results, except for the times of calls. Raises MethodError."""
+    """Run a trial and return its results. Equal trials give equal results, except for `call_time`. Raises
+    MethodError."""
     bench = _Bench(trial)
     bench.run()
     return MethodOutcome(bench.viewer_scores(), bench.controller_score())
@@ -105,13 +110,14 @@ def method_outcome(trial: MethodTrial) -> MethodOutcome:
 
 
 def goals(scenario: str, robot: RobotModel, times: Floats, random: Random) -> Floats:
-    """Return the goal at each time, (N, n) [rad; m]; equal seeds give equal goals."""
+    """Return the goal joint positions of a scenario at each time, (N, n) [rad; m]. Equal seeds of `random` give equal
+    goals."""
     if scenario == "steps":
         places = np.array([random_place(robot, random) for _ in range(PLACES)])
         jumping: Floats = places[(times / BETWEEN).astype(int) % PLACES]
         return jumping
     if scenario == "stops":
-        # Sum up how long the goal of "stops" has moved until each time [s]
+        # replace each time by how long the goal has moved until then [s], so that the goal below pauses
         borders, moved = [0.0], [0.0]
         while borders[-1] < times[-1]:
             run, pause = random.uniform(*RUN), random.uniform(*PAUSE)
@@ -126,7 +132,7 @@ def goals(scenario: str, robot: RobotModel, times: Floats, random: Random) -> Fl
         rates = np.array([tau / random.uniform(*PERIODS) for _ in middle])
         phases = np.array([random.uniform(-pi, pi) for _ in middle])
         size = 0.5 * np.minimum(swing, SPEED * fastest / rates)
-        # the goal starts at the middle
+        # subtract the phase term, so that the goal starts at the middle
         found += size * (np.sin(np.outer(times, rates) + phases) - np.sin(phases))
     return np.clip(found, lower, upper)
 
@@ -135,13 +141,13 @@ def goals(scenario: str, robot: RobotModel, times: Floats, random: Random) -> Fl
 
 
 class _Bench(Simulation):
-    """A robot, its controller, its viewers, and the line between them."""
+    """A simulation of one trial: the robot, its controller, its viewers, and the line with delays between them."""
 
     def __init__(self, trial: MethodTrial) -> None:
         super().__init__(trial.robot, trial.ways, trial.seconds, trial.rate)
         self.trial = trial
         self._steering = Steering(self.robot)
-        # the viewer's timelines, each with its arrival time [s]
+        # the timelines that the viewers have received, each with its arrival time [s]
         self._known: list[tuple[float, Timeline]] = [(0.0, self.robot.timeline)]
         self.random = Random(f"{trial.ways.seed} {trial.scenario}")
         self.follows = trial.scenario in FOLLOWED
@@ -170,7 +176,7 @@ class _Bench(Simulation):
         self._tell()
 
     def _command(self, k: int) -> None:
-        """Send a set point, and the frame of this time."""
+        """Let the controller send set point number k, and let the robot send a frame with its joint positions."""
         assert self.goals is not None
         t = float(self.looks[k])
         joints = np.array(joints_at(self.robot.arm, self.robot.timeline, t))
@@ -190,7 +196,8 @@ class _Bench(Simulation):
 
     def viewer_scores(self) -> dict[str, ViewerScore]:
         true = joints_over(self.robot.arm, self.robot.timeline, self.looks)
-        counted = int(np.searchsorted(self.looks, self.arrived[0]))  # the first sample with a frame
+        # index of the first sample after the first frame has arrived; earlier samples are not scored
+        counted = int(np.searchsorted(self.looks, self.arrived[0]))
         if counted >= len(self.looks):
             return {}
         place, times = self.with_tool(true), self.looks.tolist()
@@ -200,13 +207,15 @@ class _Bench(Simulation):
             seen = self._viewer_joints(viewer, true, counted)
             found[name] = self._viewer_score(seen, place[counted:], viewer.call_time)
         since = [t for t, _ in self._known]
-        timelines = [self._known[bisect_right(since, t) - 1][1] for t in times]  # the latest to have arrived
+        # for each sample, the last timeline that had arrived
+        timelines = [self._known[bisect_right(since, t) - 1][1] for t in times]
         seen = np.array([joints_at(self.robot.arm, one, t) for one, t in zip(timelines, times, strict=True)])
         found["timeline"] = self._viewer_score(seen[counted:], place[counted:], 0.0)
         return found
 
     def _viewer_joints(self, viewer: Guarded, true: Floats, first: int) -> Floats:
-        """Return the joints that a viewer shows at each sample from number `first`, (N, n) [rad; m]."""
+        """Return the joint positions that a viewer shows at each sample from index `first` on, (N, n) [rad; m]. `true`:
+        the joint positions in the frames."""
         seen, received = np.zeros((len(self.looks) - first, true.shape[1])), 0
         for k in range(first, len(self.looks)):
             t = float(self.looks[k])
@@ -217,7 +226,8 @@ class _Bench(Simulation):
         return seen
 
     def _viewer_score(self, seen: Floats, true: Floats, call_time: float) -> ViewerScore:
-        """Compare displayed joints (N, n) with the true ones, both with positions."""
+        """Compare displayed joint positions (N, n) with the true robot (a result of `with_tool`), and return the
+        score."""
         n, scale = seen.shape[1], self.degrees
         worst = (np.abs(seen - true[:, :n]) * scale).max(axis=1)
         mm = 1e3 * np.linalg.norm(self.with_tool(seen)[:, n:] - true[:, n:], axis=1)

@@ -1,8 +1,10 @@
 """Simulate how delays affect a remote operator and viewers, in virtual time.
 
-An operator commands joint-interpolated motions one after the other, each a time `lead` before its start, over a line
-with delays in both directions. The line, the mirror, the preview, the flags and the measured delays work as in a real
-connection.
+An operator commands joint-interpolated motions over a line with delays in both directions; each command is issued a
+time `lead` before its motion starts. The simulation uses the code of a real connection: the line, the mirror (the
+viewer's copy of the timeline), the preview of commands that have not arrived, the flags (times at which the viewer's
+copy was wrong), and the measured delays. D_f is the delay from operator to robot (forward), D_b from robot to viewer
+(backward).
 """
 
 from __future__ import annotations
@@ -40,30 +42,32 @@ from vrs_cli.values.commands import JointTarget, Move, SetParameter, Stamp
 from vrs_cli.wire.codec import Encoding, Frame, Reader, encode
 from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
 
-FIRST = 1.0  # [s] time of the first command
-SHORTEST_PAUSE, LONGEST_PAUSE = 0.3, 1.5  # [s] minimum and maximum time between two commands
-PLACES = 4  # number of targets, which the arm visits one after the other
-REACH = 0.15  # maximum distance of a target from READY, as a fraction of each joint's range
-MEASURED = 1000  # number of frames that determine the size of the playout buffer
+FIRST = 1.0  # [s] time at which the operator issues the first command
+SHORTEST_PAUSE, LONGEST_PAUSE = 0.3, 1.5  # [s] range of the random time between two commands
+PLACES = 4  # number of targets, which the arm visits again and again in the same order
+REACH = 0.15  # maximum distance of a target from the pose READY, as a fraction of each joint's range
+MEASURED = 1000  # compute the size of the playout buffer from this many frames
 READER = Reader[messages.Delta](messages.Delta)
-PINGS = 100  # number of messages that measure the delays before the trial
+PINGS = 100  # number of messages by which the delays are measured before the trial
 
 
-Score = TypeVar("Score", bound=Struct)  # the measures by which a trial is judged
+Score = TypeVar("Score", bound=Struct)  # a struct of numbers that measure the result of a trial
 
 
 class Strategy(Enum):
-    """How a remote viewer sees the robot."""
+    """What a remote viewer shows: the joint positions from one of these sources."""
 
-    FRAMES = "frames"  # the position when the frame was sent
-    PREDICTED = "predicted"  # the position planned for t + D_b, sent at t and shown at t + D_b
-    DELTAS = "deltas"  # the mirror's position at the current time
-    AHEAD = "ahead"  # the mirror's position D_f later, when a command issued now arrives
-    PREVIEW = "preview"  # the position AHEAD, including the effect of commands that have not arrived yet
+    FRAMES = "frames"  # the last frame that has arrived: the robot when the frame was sent
+    PREDICTED = "predicted"  # a frame that was sent with the position planned for the time when it is shown
+    DELTAS = "deltas"  # the mirror (the viewer's copy of the timeline) at the current time
+    AHEAD = "ahead"  # the mirror D_f later, at the time when a command issued now arrives
+    PREVIEW = "preview"  # like AHEAD, but with the effect of commands that have not arrived yet
 
 
 class Trial(Struct, frozen=True):
-    """One trial that lasts `seconds`; the viewer samples the robot `rate` times per second."""
+    """The description of one trial. `ways`: the delays of the line; `lead`: the time from a command to the start of its
+    motion [s]; `policy`: the value of the parameter CAUSALITY, which says what the robot does with late commands;
+    `seconds`: the duration; `rate`: the number of samples of the viewer per second."""
 
     robot: RobotModel
     ways: DelayWays
@@ -74,7 +78,8 @@ class Trial(Struct, frozen=True):
 
 
 class Error(Struct, frozen=True):
-    """The distance of the displayed from the true robot: mean and maximum, of a joint [deg] and of the tool [mm]."""
+    """The distance between the displayed and the true robot: mean and maximum for the joint with the largest error
+    [deg], and for the tool [mm]."""
 
     degrees: float
     most_degrees: float
@@ -85,10 +90,12 @@ class Error(Struct, frozen=True):
 class TrialOutcome(Struct, frozen=True):
     """The results of a trial.
 
-    `flagged`: the share of samples (deltas) whose position an unknown command had made wrong. `unconfirmed`: the
-    share of samples (preview) at unconfirmed positions. `round_trip`: the median and the 95th percentile of D_f + D_b
-    [s]. `agreed`: whether the flagged windows equal those in the logs of both sides. `outside`: the error of deltas
-    outside flagged windows.
+    `commands`, `aborted`, `postponed`: the numbers of commands that were issued, refused as too late, and postponed.
+    `flagged`: the fraction of samples at which DELTAS was wrong because of a command that the viewer did not know yet.
+    `unconfirmed`: the fraction of samples at which PREVIEW depended on commands that the robot had not confirmed yet.
+    `round_trip`: the median and the 95th percentile of D_f + D_b [s]. `errors`: the error of each strategy. `agreed`:
+    whether the flagged time windows equal those computed afterwards from the logs of both sides. `outside`: the error
+    of DELTAS outside flagged time windows.
     """
 
     commands: int
@@ -103,14 +110,15 @@ class TrialOutcome(Struct, frozen=True):
 
 
 def outcome_of(trial: Trial) -> TrialOutcome:
-    """Run a trial. Equal trials give bit-identical results."""
+    """Run a trial and return its results. Equal trials give bit-identical results."""
     course = DelayCourse(trial)
     course.run()
     return course.outcome()
 
 
 def together(outcomes: Sequence[TrialOutcome]) -> TrialOutcome:
-    """Combine the results of several trials: sums of counts, means of shares and errors, and maximum errors."""
+    """Combine the results of several trials: add counts, average fractions and mean errors, and take the largest of the
+    maximum errors."""
     return TrialOutcome(
         sum(one.commands for one in outcomes),
         sum(one.aborted for one in outcomes),
@@ -125,7 +133,8 @@ def together(outcomes: Sequence[TrialOutcome]) -> TrialOutcome:
 
 
 def mean_score(scores: Sequence[Score]) -> Score:
-    """Return the mean of each field; of `jump` and of fields that begin with `most`, the maximum."""
+    """Combine scores field by field: take the mean, or the maximum for `jump` and fields whose name begins with
+    `most`."""
     names = type(scores[0]).__struct_fields__
     how = {name: max if name.startswith(("most", "jump")) else fmean for name in names}
     return type(scores[0])(*(how[name](getattr(one, name) for one in scores) for name in names))
@@ -135,18 +144,19 @@ def mean_score(scores: Sequence[Score]) -> Score:
 
 
 class Change(NamedTuple):
-    """A line of the robot's log: at `applied` [s] the path of the timeline after `cut` [s] was replaced."""
+    """A line in the robot's log: at the time `applied` [s], a command has replaced the timeline from the time `cut`
+    on [s]."""
 
     applied: float
     cut: float
 
 
 class Simulation:
-    """A robot behind a line with delays, in virtual time, and its pending events.
+    """A robot behind a line with delays, in virtual time, with a queue of scheduled events.
 
-    `_now`: the common wall clock [s]. `delay`: half of the measured median round trip [s]. `looks`: the times of the
-    samples [s]. `arrived`: when frames that are sent at these times arrive [s]. `degrees`: factors for errors of the
-    joints (n,), which are degrees per radian, 0 for sliding joints.
+    `_now`: the virtual wall clock of both sides [s]. `delay`: half of the measured median round trip [s]. `looks`: the
+    times of the samples [s]. `arrived`: the arrival times of frames sent at the times of the samples [s]. `degrees`:
+    factors that convert joint errors to degrees, (n,); 0 for sliding joints, which are left out.
     """
 
     def __init__(self, robot: RobotModel, ways: DelayWays, seconds: float, rate: float) -> None:
@@ -165,18 +175,18 @@ class Simulation:
         heapq.heappush(self._queue, (t, next(self._order), act))
 
     def _run_events(self, until: float = inf) -> None:
-        """Run the events before a time, including events that they cause."""
+        """Run all events before the time `until` [s] in order, including events that they schedule."""
         while self._queue and self._queue[0][0] < until:
             self._now, _, act = heapq.heappop(self._queue)
             act()
 
     def with_tool(self, joints: Floats) -> Floats:
-        """Return joints (N, n) [rad; m] with the position of the tool in three more columns [m]."""
+        """Return joint positions (N, n) [rad; m] with three more columns: the position of the tool [m]."""
         return np.hstack([joints, self.robot.arm.batch.forward(joints)[:, :, 3]])
 
 
 class DelayCourse(Simulation):
-    """One trial: the robot, its operator, and the line between them."""
+    """A simulation of one trial: the robot, its operator with a viewer, and the line with delays between them."""
 
     def __init__(self, trial: Trial) -> None:
         super().__init__(trial.robot, trial.ways, trial.seconds, trial.rate)
@@ -202,15 +212,15 @@ class DelayCourse(Simulation):
         playout = Playout[None](window=MEASURED)
         for t, arrival in zip(self.looks[:MEASURED].tolist(), self.arrived[:MEASURED].tolist(), strict=True):
             playout.put(t, None, arrival)
-        self.buffer = ceil(playout.delay * trial.rate)  # number of frames in the playout buffer
+        self.buffer = ceil(playout.delay * trial.rate)  # delay of the playout buffer, as a number of frames
         seen = Strategy.DELTAS, Strategy.AHEAD, Strategy.PREVIEW
         shape = len(self.looks), trial.robot.joint_count
         self.seen = {strategy: np.zeros(shape) for strategy in (*seen, Strategy.PREDICTED)}
         self._unconfirmed = np.zeros(len(self.looks), dtype=bool)
-        self._seen_until = self._sent_until = 0  # numbers of recorded samples and of recorded predicted frames
+        self._seen_until = self._sent_until = 0  # how many samples, and how many predicted frames, are recorded
 
     def run(self) -> None:
-        """Run the trial. The operator gives commands without reacting to the display."""
+        """Run the trial. The operator issues commands at random times, without reacting to the display."""
         random, t = Random(f"{self.trial.ways.seed} operator"), FIRST
         places = [random_place(self.trial.robot, random) for _ in range(PLACES)]
         while t < self.trial.seconds:
@@ -230,7 +240,8 @@ class DelayCourse(Simulation):
         self._at(self._forward.arrival(t), lambda: self._arrive(number, request, t))
 
     def _arrive(self, number: int, request: Move, t_iss: float) -> None:
-        """Handle a command that arrives at the robot: answer it and report the change."""
+        """Handle a command that arrives at the robot: carry it out, and send the answer and the changes of the
+        timeline. `t_iss`: the time at which it was issued [s]."""
         self._predict()
         robot = self.robot
         robot.clock.advance(robot.clock.reached)
@@ -249,7 +260,8 @@ class DelayCourse(Simulation):
         self._at(self._backward.arrival(self._now), lambda: self._hear(number, version, frames))
 
     def _hear(self, number: int, version: int | None, frames: Sequence[Frame]) -> None:
-        """Receive the answer to a command and its changes. `version`: None for a command that came too late."""
+        """Handle the answer to a command and its changes of the timeline, which arrive at the viewer. `version`: the
+        new version of the timeline; None if the command was refused as too late."""
         self._look()
         if version is None:
             self.preview.refuse(number)
@@ -265,7 +277,8 @@ class DelayCourse(Simulation):
     # --- samples of the viewer ---
 
     def _look(self) -> None:
-        """Record all samples before now that are not recorded yet. The known timeline was the same at all of them."""
+        """Record what the viewer shows at all samples before now that are not recorded yet. This is called before each
+        change of the viewer's timeline, so that the timeline is the same for all these samples."""
         rows = slice(self._seen_until, int(self.looks.searchsorted(self._now)))
         self._seen_until = rows.stop
         if rows.start == rows.stop:
@@ -277,7 +290,7 @@ class DelayCourse(Simulation):
         self._unconfirmed[rows] = now + self.delay >= self.preview.unconfirmed_from
 
     def _predict(self) -> None:
-        """Record all predicted frames before now that are not recorded yet."""
+        """Record the predicted frames that the robot has sent before now and that are not recorded yet."""
         rows = slice(self._sent_until, int(self.looks.searchsorted(self._now)))
         self._sent_until = rows.stop
         if rows.start < rows.stop:
@@ -285,8 +298,8 @@ class DelayCourse(Simulation):
             self.seen[Strategy.PREDICTED][rows] = self._joints(self.robot.timeline, times)
 
     def _joints(self, timeline: Timeline, times: Floats) -> Floats:
-        """Return the joints (N, n) at times (N,). They are computed one by one: for few samples this is faster than
-        array operations."""
+        """Return the joint positions (N, n) at times (N,). They are computed one by one, because this is faster than
+        array operations for few times."""
         return np.array([joints_at(self.robot.arm, timeline, t) for t in times.tolist()])
 
     # --- results ---
@@ -294,11 +307,12 @@ class DelayCourse(Simulation):
     def outcome(self) -> TrialOutcome:
         was = partial(
             joints_over, self.robot.arm, self.robot.timeline
-        )  # the past is bit-identical in the final timeline
+        )  # use the final timeline for all times, because changes never alter the past
         now, ahead = self.with_tool(was(self.looks)), self.with_tool(was(self.looks + self.delay))
         deltas = self.with_tool(self.seen[Strategy.DELTAS])
-        shown = np.searchsorted(self.arrived, self.looks, side="right") - 1  # number of the last frame that has arrived
-        due = np.minimum(np.arange(len(self.looks)) - self.buffer, shown)  # a late frame is shown on arrival
+        # for each sample: the index of the last frame that has arrived, and of the frame that the playout buffer shows
+        shown = np.searchsorted(self.arrived, self.looks, side="right") - 1
+        due = np.minimum(np.arange(len(self.looks)) - self.buffer, shown)
         always = np.ones(len(self.looks), dtype=bool)
         compared = {
             Strategy.FRAMES: (now[shown], now, shown >= 0),
@@ -322,13 +336,15 @@ class DelayCourse(Simulation):
         )
 
     def wrong_looks(self) -> Flagged:
-        """Return for each sample whether a command unknown to the viewer had made DELTAS wrong, (N,)."""
+        """Return, for each sample, whether DELTAS was wrong because of a command that the viewer did not know yet,
+        (N,)."""
         borders = [border for window in self.flags.windows for border in (window.begin, window.end)]
         found: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
         return found
 
     def error(self, seen: Floats, was: Floats) -> Error:
-        """Return the distances between two results of `with_tool`; all zero if they are empty."""
+        """Return the error between the displayed robot `seen` and the true robot `was`, both results of `with_tool`;
+        zeros if there are no samples."""
         if not len(seen):
             return Error(0.0, 0.0, 0.0, 0.0)
         apart = seen - was
@@ -338,7 +354,7 @@ class DelayCourse(Simulation):
 
 
 def random_place(robot: RobotModel, random: Random) -> Joints:
-    """Return random joints around READY, within their range."""
+    """Return random joint positions near the pose READY, within the joint limits [rad; m]."""
     rows = zip(robot.poses["ready"], robot.lower, robot.upper, strict=True)
     return tuple(
         min(max(ready + random.uniform(-REACH, REACH) * (upper - lower), lower), upper) for ready, lower, upper in rows
@@ -346,7 +362,7 @@ def random_place(robot: RobotModel, random: Random) -> Joints:
 
 
 def measure_delays(ways: DelayWays) -> TimeSync:
-    """Measure the delays in both directions before the first command."""
+    """Measure the delays of a line with PINGS messages, and return the estimator."""
     sync, (forward, backward) = TimeSync(window=float(PINGS)), ways.lines("pings")
     for t0 in map(float, range(PINGS)):
         t1 = forward.arrival(t0)
@@ -354,12 +370,13 @@ def measure_delays(ways: DelayWays) -> TimeSync:
     return sync
 
 
-# --- the flags, computed from the logs of both sides -----------------------------------------------------------------
+# --- the flagged time windows, computed from the logs of both sides --------------------------------------------------
 
 
 def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tuple[preview.FlagWindow, ...]:
-    """Return the time windows in which a viewer saw something wrong, computed from the logs of both sides. In such a
-    window the robot had changes that the viewer did not have, and one of them affected an earlier time."""
+    """Return the time windows in which a viewer's timeline was wrong, computed from the logs of both sides: the robot
+    had applied a change that had not arrived at the viewer, and that already affected the current time. `arrived`: the
+    times at which the changes arrived at the viewer [s]."""
     applied = [it.applied for it in changes]
     borders = sorted({*applied, *arrived, *(it.cut for it in changes)})
     wrong = []

@@ -1,7 +1,8 @@
 """Load users' viewers and controllers for `vrs lab experiment methods`, and define the built-in ones for comparison.
 
-A viewer shows a robot from late frames; a controller sends it set points that arrive late. Each is a class with two
-methods. A user's class may derive from Predictor or RemoteController, or just have the same methods.
+A viewer estimates where a robot is now from frames (joint positions) that arrive late; a controller sends the robot set
+points that arrive late. Each is a class with two methods. A user's class may derive from Predictor or RemoteController,
+or just have the same methods.
 """
 
 from __future__ import annotations
@@ -26,50 +27,52 @@ from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.repl.interrupt import alarm
 
-MAX_CALL = 2.0  # [s] maximum duration of one call
-CLOSE = 0.01  # [rad, m] maximum distance from the set point at which a robot has arrived (MoveAndWait)
+MAX_CALL = 2.0  # [s] a call of a user's method that takes longer is stopped with an error
+CLOSE = 0.01  # [rad, m] MoveAndWait takes a robot as arrived if all its joints are this close to the set point
 
 
 class Predictor:
-    """A viewer: it estimates where a robot is now from earlier positions.
+    """A viewer, which estimates where a robot is now from earlier joint positions. Each trial makes a new object.
 
-    `robot`: the model of the arm. Its `lower`, `upper` [rad, or m for sliding joints], `max_velocity` and
-    `max_acceleration` have n values each. `delay`: half of the measured median round trip D_f + D_b [s]. Each trial
-    makes a new object.
+    `robot`: the model of the arm; its limits `lower`, `upper` [rad, or m for sliding joints], `max_velocity` and
+    `max_acceleration` have n values each. `delay`: half of the measured median round trip D_f + D_b [s], where D_f is
+    the delay to the robot, and D_b the delay from the robot.
     """
 
     def __init__(self, robot: RobotModel, delay: float) -> None:
         self.robot, self.delay = robot, delay
 
     def receive(self, t: float, joints: Floats) -> None:
-        """Receive a frame: the robot was at `joints` (n,) [rad; m] at time `t` [s]. Frames arrive in the order of t;
-        both sides share one clock.
+        """Receive a frame: the robot was at `joints` (n,) [rad; m] at the time `t` [s]. Frames arrive in the order of
+        t. The clocks of both sides show the same time.
         """
         raise NotImplementedError
 
     def predict(self, t: float) -> Floats:
-        """Return where the robot is at time `t` [s], (n,) [rad; m].
+        """Return the estimated joint positions of the robot at the current time `t` [s], (n,) [rad; m].
 
-        It is called after the first frame, with increasing times. All frames that arrived by then have been received.
+        This method is called with increasing times, after the first frame; all frames that arrived before t have been
+        received.
         """
         raise NotImplementedError
 
 
 class RemoteController:
-    """A controller: it makes a robot behind a delay follow a moving goal. `robot` and `delay` are those of
-    Predictor."""
+    """A controller, which makes a robot behind a delay follow a moving goal. `robot`: the model of the arm; `delay`:
+    half of the measured median round trip [s]."""
 
     def __init__(self, robot: RobotModel, delay: float) -> None:
         self.robot, self.delay = robot, delay
 
     def receive(self, t: float, joints: Floats) -> None:
-        """Receive a frame: the robot was at `joints` (n,) [rad; m] at time `t` [s]."""
+        """Receive a frame: the robot was at `joints` (n,) [rad; m] at the time `t` [s]."""
         raise NotImplementedError
 
     def command(self, t: float, goal: Floats) -> Floats:
-        """Return the set point (n,) [rad; m] to send at time `t` [s]; it arrives D_f later.
+        """Return the set point (n,) [rad; m] to send at the time `t` [s]. It arrives at the robot D_f later, and the
+        robot follows it within its limits.
 
-        `goal` (n,): the wanted joints at t. The robot follows set points within its limits.
+        `goal` (n,): the joint positions where the robot should be at t [rad; m].
         """
         raise NotImplementedError
 
@@ -78,7 +81,7 @@ class RemoteController:
 
 
 class LastFrame(Predictor):
-    """Show the last frame that arrived."""
+    """A viewer that shows the last frame that has arrived."""
 
     def receive(self, t: float, joints: Floats) -> None:  # noqa: ARG002
         self._joints = joints
@@ -88,7 +91,8 @@ class LastFrame(Predictor):
 
 
 class Extrapolated(Predictor):
-    """Continue at the velocity between the last two frames: dead reckoning (IEEE 1278.1, 1995)."""
+    """A viewer that continues from the last frame with the velocity between the last two frames: dead reckoning (IEEE
+    1278.1, 1995)."""
 
     _last: tuple[float, Floats] | None = None
     _velocity: Floats | float = 0.0
@@ -99,13 +103,13 @@ class Extrapolated(Predictor):
         self._last = t, joints
 
     def predict(self, t: float) -> Floats:
-        assert self._last is not None  # at least one frame has arrived
+        assert self._last is not None  # true because `predict` is only called after the first frame
         then, joints = self._last
         return joints + (t - then) * self._velocity
 
 
 class Direct(RemoteController):
-    """Send the goal unchanged."""
+    """A controller that sends the goal unchanged."""
 
     def receive(self, t: float, joints: Floats) -> None:
         pass
@@ -115,7 +119,8 @@ class Direct(RemoteController):
 
 
 class GoalAhead(Direct):
-    """Send the goal extrapolated to the arrival of the set point, at its current velocity."""
+    """A controller that sends the goal extrapolated, with its current velocity, to the time when the set point
+    arrives."""
 
     _last: tuple[float, Floats] | None = None
 
@@ -125,7 +130,8 @@ class GoalAhead(Direct):
 
 
 class MoveAndWait(RemoteController):
-    """Send the goal; after the robot has arrived there, send the next goal: move and wait (Ferrell, 1965)."""
+    """A controller that sends the current goal, waits until the robot has arrived there, and then sends the goal of
+    that time: move and wait (Ferrell, 1965)."""
 
     _sent: Floats | None = None
     _arrived = True
@@ -144,17 +150,18 @@ VIEWERS: dict[str, type[Predictor]] = {"frames": LastFrame, "extrapolated": Extr
 CONTROLLERS: dict[str, type[RemoteController]] = {"direct": Direct, "ahead": GoalAhead, "wait": MoveAndWait}
 
 
-# --- viewers and controllers of users --------------------------------------------------------------------------------
+# --- viewers and controllers written by users ------------------------------------------------------------------------
 
 
 class MethodError(UsageError, text="Cannot be tried"):
-    """A viewer or controller of a user cannot be loaded, or fails in a trial."""
+    """A viewer or controller written by a user cannot be loaded, or fails in a trial."""
 
 
 def load_method(text: str, base: type[Predictor | RemoteController]) -> type:
-    """Return the class `module:Class` or `FILE.py:Class`, or one of VIEWERS and CONTROLLERS by name.
+    """Return the class of a viewer or controller. `text`: `module:Class`, `FILE.py:Class`, or the name of a built-in
+    one; `base`: Predictor or RemoteController.
 
-    Raises MethodError if it does not exist or lacks a method of `base`.
+    Raises MethodError if the class does not exist or lacks a method of `base`.
     """
     known = VIEWERS if base is Predictor else CONTROLLERS
     if text in known:
@@ -178,7 +185,8 @@ def load_method(text: str, base: type[Predictor | RemoteController]) -> type:
 
 
 def _load_module(place: str) -> ModuleType:
-    """Import a module by its name or from a file. Raises MethodError for any failure in it."""
+    """Import a module by its name, or from a file whose name ends in .py. Raises MethodError if the import fails for
+    any reason."""
     folders = [str(Path(place).resolve().parent) if place.endswith(".py") else str(Path.cwd())]
     before, sys.path = sys.path, [*folders, *sys.path]
     try:
@@ -187,14 +195,14 @@ def _load_module(place: str) -> ModuleType:
         if not Path(place).is_file():
             raise MethodError(f"{place} is not there", "write module:Class or FILE.py:Class")
         spec = spec_from_file_location(f"_method_{Path(place).stem}", place)
-        assert spec is not None  # because its name ends in .py
+        assert spec is not None  # true because the name of the file ends in .py
         assert spec.loader is not None
         module = module_from_spec(spec)
         spec.loader.exec_module(module)
         return module
     except MethodError:
         raise
-    except BaseException as error:  # a user's module may raise anything, even SystemExit
+    except BaseException as error:  # catch everything, because a user's module may even raise SystemExit
         if isinstance(error, KeyboardInterrupt):
             raise
         raise MethodError(f"{place} cannot be loaded: {_failure_text(error)}") from None
@@ -203,7 +211,8 @@ def _load_module(place: str) -> ModuleType:
 
 
 class Guarded:
-    """A wrapper around a user's viewer or controller; any failure becomes a MethodError of one line."""
+    """A wrapper around a viewer or controller. It measures the time of calls, and turns any failure of a user's class
+    into a MethodError with a message of one line."""
 
     def __init__(
         self, text: str, base: type[Predictor | RemoteController], robot: RobotModel, delay: float, rate: float
@@ -216,18 +225,18 @@ class Guarded:
 
     @property
     def call_time(self) -> float:
-        """Return the mean time of a call [s]."""
+        """Return the mean duration of a call [s]."""
         return self.spent / max(self._calls, 1)
 
     def receive(self, t: float, joints: Floats) -> None:
         self._call(f"receive({t:.3f})", lambda: self._method.receive(t, joints.copy()))
 
     def predict(self, t: float) -> Floats:
-        """Return the viewer's joints (n,). Raises MethodError."""
+        """Return the joint positions that the viewer estimates, (n,) [rad; m]. Raises MethodError."""
         return self._joints(f"predict({t:.3f})", lambda: self._method.predict(t))
 
     def command(self, t: float, goal: Floats) -> Floats:
-        """Return the controller's joints (n,). Raises MethodError."""
+        """Return the set point that the controller sends, (n,) [rad; m]. Raises MethodError."""
         return self._joints(f"command({t:.3f})", lambda: self._method.command(t, goal.copy()))
 
     def _joints(self, what: str, ask: Callable[[], object]) -> Floats:
@@ -268,7 +277,7 @@ class Guarded:
 
 
 def _failure_text(error: BaseException) -> str:
-    """Describe an exception, with the line of the user's file."""
+    """Return an exception as text, with the file and line of the user's code that raised it."""
     rows = [
         row for row in extract_tb(error.__traceback__) if row.filename != __file__ and "importlib" not in row.filename
     ]
@@ -287,7 +296,8 @@ def _short(value: object) -> str:
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Raise TimeoutError in a block that takes longer. No limit outside the main thread, or without `setitimer`."""
+    """Raise TimeoutError in the `with` block if it takes longer than `seconds`. There is no limit outside the main
+    thread, or on systems without `setitimer`."""
     if not hasattr(signal, "setitimer") or current_thread() is not main_thread():
         yield
         return

@@ -1,8 +1,8 @@
-"""Run a user study: the order of trials, when a trial is over, and the file of results.
+"""Plan and evaluate a user study: determine the order of trials and the end of each trial, and write the results.
 
-Participants drive a robot behind a line with delays, each under all conditions, in an order that differs between them.
-Nothing here waits or connects: callers tell `Judge` where the tool is, and `DryRun` is a scripted participant in
-virtual time.
+Participants drive a robot behind a line with delays. Each participant drives under all conditions (delays), in an order
+that differs between participants. This module has no connections and does not wait: its callers report the position of
+the tool to `Judge`. `DryRun` is a scripted participant in virtual time.
 """
 
 from __future__ import annotations
@@ -32,28 +32,30 @@ from vrs_cli.lab.delays import random_place
 from vrs_cli.net.delay_line import DelayError, DelayWays, parse_delays
 
 TASKS = ("target", "pick")
-HOLD = 0.5  # [s] minimum time that the tool must stay at a place
-FARTHER = 4.0  # minimum distance between two places of a trial, in multiples of the tolerance
-MAX_TRIALS = 1000  # maximum number of trials per condition, and of participants
-TRIES = 1000  # maximum number of random places to try until one is far enough
+HOLD = 0.5  # [s] a place counts as reached when the tool has stayed there this long
+FARTHER = 4.0  # minimum distance between two successive places, in multiples of the tolerance
+MAX_TRIALS = 1000  # maximum number of trials per condition, of conditions, and of participants
+TRIES = 1000  # give up after this many random places of which none is far enough from the last one
 CONDITION_KEYS = ("name", "forward", "backward")
 
 
 class Condition(Struct, frozen=True):
-    """Delays in both directions, with a name, in the notation of users: `gamma 200ms 80ms`."""
+    """A condition of the study: delays in both directions, with a name. The delays are written as in the study's file:
+    `gamma 200ms 80ms`."""
 
     name: str
     forward: str = "0"
     backward: str = "0"
 
     def ways(self, seed: int) -> DelayWays:
-        """Return the delay lines of this condition."""
+        """Return the delays of this condition for a line. `seed`: the seed of random delays."""
         return DelayWays(parse_delays(self.forward), parse_delays(self.backward), seed)
 
 
 class Study(Struct, frozen=True):
-    """The task of participants. `trials`: the number of trials per condition. `tolerance` [m], `timeout` [s]: the
-    limits of a trial. `mark`: the digest of the file of the study."""
+    """A user study, read from its file. `task`: what participants do (see TASKS); `trials`: the number of trials per
+    condition; `tolerance`: the distance [m] within which a place counts as reached; `timeout`: the maximum duration of
+    a trial [s]; `mark`: a checksum of the study's file, to recognize its results."""
 
     robot: str
     task: str
@@ -66,9 +68,10 @@ class Study(Struct, frozen=True):
 
 
 class Stage(NamedTuple):
-    """A part of a trial: bring the tool to a place in the world [m], which these joints reach [rad, m].
+    """A step of a trial: bring the tool to a place. `place`: its position in the world [m]; `joints`: joint positions
+    that reach it [rad, m].
 
-    `hand`: required state of the hand there; None: either.
+    `hand`: the state of the hand that is required there, "open" or "closed"; None if it does not matter.
     """
 
     place: Vector
@@ -77,7 +80,8 @@ class Stage(NamedTuple):
 
 
 class StudyTrial(NamedTuple):
-    """One trial of a participant. `number` counts from 1 through all conditions."""
+    """One trial of a participant. `number`: its number among all trials of the participant, from 1; `stages`: its steps
+    in order."""
 
     number: int
     condition: Condition
@@ -85,12 +89,13 @@ class StudyTrial(NamedTuple):
 
 
 class StudyResult(NamedTuple):
-    """A row of the results; the file has mm instead of m.
+    """The result of a trial: a row in the file of results, which has mm instead of m.
 
-    `reached`: whether the last place was reached in time. `time` [s]: duration until the tool came to the last place,
-    or until the trial ended. `error` [m]: final distance from that place. `path` [m]: distance travelled by the tool.
-    `direct` [m]: distance between the places. `entries`: how often the tool came within the tolerance; more than one
-    per stage is an overshoot.
+    `reached`: whether the last place was reached in time. `time` [s]: the time from the start of the trial until the
+    tool came to the last place, or if it did not, until the trial ended. `error` [m]: the final distance from the last
+    place. `path` [m]: the length of the tool's path. `direct` [m]: the length of straight lines from the start through
+    all places. `entries`: how often the tool came within the tolerance of a place; more than once per stage means that
+    it overshot.
     """
 
     reached: bool
@@ -102,7 +107,7 @@ class StudyResult(NamedTuple):
 
 
 def load_study(path: Path) -> Study:
-    """Read the TOML file of a study. Raises NonexistentFile, FileError, FileDamaged, and the errors of a robot file."""
+    """Read the TOML file of a study. Raises NonexistentFile, FileError, or FileDamaged for mistakes in the file."""
     try:
         text = path.read_text(encoding="utf-8")
         data = tomllib.loads(text)
@@ -163,24 +168,26 @@ def _whole(reader: DataReader, table: Mapping[str, object], name: str, usual: in
 
 
 def latin_order(count: int, participant: int) -> tuple[int, ...]:
-    """Return the orders of `count` conditions, counted from 0, for participants 1, 2, ...
+    """Return the order of the conditions for a participant (from 1), as indexes from 0. `count`: the number of
+    conditions.
 
-    They are the rows of a Latin square balanced for carry-over effects (E. J. Williams, 1949). An odd count takes
-    twice as many rows, the second half backwards.
+    The orders are the rows of a Latin square that is balanced for carry-over effects (E. J. Williams, 1949). For an odd
+    count, balance requires twice as many rows; the second half has the same orders backwards.
     """
     row, half = (participant - 1) % count, (participant - 1) // count
-    zigzag = [(k + 1) // 2 if k % 2 else -(k // 2) for k in range(count)]  # 0, 1, -1, 2, -2, ...
+    zigzag = [(k + 1) // 2 if k % 2 else -(k // 2) for k in range(count)]  # the steps 0, 1, -1, 2, -2, ...
     order = tuple((row + step) % count for step in zigzag)
     return order[::-1] if count % 2 and half % 2 else order
 
 
 def pseudonym(participant: int) -> str:
-    """Return the name of a participant in the results."""
+    """Return the name under which a participant appears in the results: P001, P002, ..."""
     return f"P{participant:03d}"
 
 
 def study_trials(study: Study, participant: int) -> tuple[StudyTrial, ...]:
-    """Return all trials of a participant in order; repeated calls give equal trials."""
+    """Return all trials of a participant in order. Repeated calls return equal trials. Raises FileDamaged if the
+    tolerance is too large for the robot."""
     robot, found = Robot(load_robot(study.robot), units="SI"), list[StudyTrial]()
     for index in latin_order(len(study.conditions), participant):
         random = Random(f"{study.seed} {participant} {index}")
@@ -195,7 +202,8 @@ def study_trials(study: Study, participant: int) -> tuple[StudyTrial, ...]:
 
 
 def _far_place(robot: Robot, random: Random, last: Vector | None, farther: float) -> tuple[Vector, Joints]:
-    """Return a place of the tool that is far from the last one, and joints that reach it."""
+    """Return a random position of the tool [m] that is at least `farther` [m] from the last one, and the joint
+    positions that reach it. Raises FileDamaged if none is found."""
     for _ in range(TRIES):
         joints = random_place(robot.held.arm.model, random)
         x, y, z = robot.fk(joints).xyz.tolist()
@@ -208,13 +216,14 @@ def _far_place(robot: Robot, random: Random, last: Vector | None, farther: float
 
 
 class Judge:
-    """The referee of a trial: decides when it is over. `begin`: its start [s]; all times are on the robot's clock."""
+    """A referee that observes a trial, decides when it is over, and measures its result. `begin`: the start of the
+    trial; all times are those of the robot's clock [s]."""
 
     def __init__(self, study: Study, trial: StudyTrial, begin: float) -> None:
         self._tolerance, self._until = study.tolerance, begin + study.timeout
         self._stages, self._begin, self._stage = trial.stages, begin, 0
         self._last: Vector | None = None
-        self._since: float | None = None  # when the tool arrived at the place of the stage
+        self._since: float | None = None  # time since which the tool has been at the place of the stage [s], or None
         self._inside = False
         self._path = self._direct = self._error = 0.0
         self._entries, self._now = 0, begin
@@ -225,7 +234,7 @@ class Judge:
         return self._stages[min(self._stage, len(self._stages) - 1)]
 
     def take(self, t: float, tool: Vector, hand: float) -> None:
-        """Record the position of the tool [m] and the hand (1 open, 0 closed) at time t [s]."""
+        """Record the position of the tool [m] and the opening of the hand (1 open, 0 closed) at the time t [s]."""
         if self._last is None:
             places = [tool, *(stage.place for stage in self._stages)]
             self._direct = sum(dist(a, b) for a, b in pairwise(places))
@@ -248,7 +257,7 @@ class Judge:
             self.over = True
 
     def result(self) -> StudyResult:
-        """Return the result of the trial so far."""
+        """Return the result of the trial, as measured so far."""
         reached = self._stage == len(self._stages)
         time = (self._since if reached and self._since is not None else self._now) - self._begin
         return StudyResult(reached, time, self._error, self._path, self._direct, self._entries)
@@ -263,10 +272,10 @@ COLUMNS = (
 
 
 class Results:
-    """The CSV file of a study: one row per trial, on disk before the next trial begins.
+    """The CSV file with the results of a study: one row per trial, written to disk before the next trial begins.
 
-    A row left incomplete by a killed process is dropped, and its trial is repeated. Raises FileError, or FileDamaged
-    for a file of another study.
+    If a process was killed while it wrote a row, this row is removed, and its trial is repeated. Raises FileError, or
+    FileDamaged if the file is not one of results or has results of another study.
     """
 
     def __init__(self, path: Path, study: Study) -> None:
@@ -296,11 +305,12 @@ class Results:
         return frozenset(number for name, number in self._rows if name == pseudonym(participant))
 
     def next_participant(self, trials: int) -> int:
-        """Return the first participant who has finished fewer than `trials` trials."""
+        """Return the lowest number of a participant who has not finished all trials. `trials`: the number of trials of
+        each participant."""
         return next(number for number in range(1, MAX_TRIALS + 1) if len(self.finished_trials(number)) < trials)
 
     def add(self, participant: int, trial: StudyTrial, it: StudyResult) -> None:
-        """Append a row, and wait until it is on disk. Raises FileError."""
+        """Append the row for the result `it` of a trial, and wait until it is on disk. Raises FileError."""
         name, target = pseudonym(participant), trial.stages[-1].place
         lengths = (f"{1e3 * x:.1f}" for x in (it.error, it.path, it.direct))
         self._append(
@@ -325,15 +335,16 @@ class Results:
 
 # --- a scripted participant ------------------------------------------------------------------------------------------
 
-TICK = 0.05  # [s] time step
-REACTION = (0.6, 1.4)  # [s] minimum and maximum time from a picture to a command
-MISSES, TREMBLES = 0.04, 0.001  # standard deviations: relative to the travel, and [rad, m]
-STILL = 1e-9  # [rad, m] maximum change per tick of a robot at rest
+TICK = 0.05  # [s] time step of the simulation
+REACTION = (0.6, 1.4)  # [s] range of the participant's random reaction time
+# standard deviation of the participant's aim: a fraction of each joint's travel, plus a constant [rad, m]
+MISSES, TREMBLES = 0.04, 0.001
+STILL = 1e-9  # [rad, m] the robot counts as at rest if no joint has changed by more than this from frame to frame
 
 
 class DryRun:
-    """A scripted participant in virtual time. The participant sees the robot D_b late, waits until it is at rest, and
-    commands the next stage; the command arrives D_f later."""
+    """A scripted participant in virtual time. The participant sees the robot with the backward delay D_b, waits until
+    it is at rest, and commands the next stage of the trial; the command arrives after the forward delay D_f."""
 
     def __init__(self, study: Study, participant: int) -> None:
         self._study, self._random = study, Random(f"{study.seed} {participant} hands")
@@ -347,7 +358,7 @@ class DryRun:
         frames, commands = (
             deque[tuple[float, Joints]](),
             deque[tuple[float, Joints, str | None]](),
-        )  # each with its arrival time [s]
+        )  # frames and commands on their way, each with its arrival time [s]
         before: Joints | None = None
         seen: Joints | None = None
         ready = begin
@@ -376,7 +387,8 @@ class DryRun:
         return judge.result()
 
     def _command(self, t: float, aim: Joints, hand: str | None) -> None:
-        """Execute a command that arrives at t [s]: a motion, and at its end the hand."""
+        """Execute a command that arrives at the time t [s]: move to the joint positions `aim`, then operate the
+        hand."""
         robot = self._robot
         if t > robot.now:
             robot.do(f"DELAY {t - robot.now:.6f}")
@@ -386,8 +398,8 @@ class DryRun:
 
 
 def results_summary(path: Path) -> Iterator[tuple[str, int, float, float | None, float]]:
-    """Yield for each condition in a file of results: its name, number of trials, share of successes, mean time of
-    successes [s] and mean error [mm].
+    """Yield, for each condition in a file of results: its name, the number of trials, the fraction of trials that
+    reached the last place, their mean time [s] (None if there are none), and the mean error of all trials [mm].
 
     Raises FileError.
     """

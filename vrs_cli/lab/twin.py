@@ -1,8 +1,10 @@
-"""Simulate what an operator sees of a real arm: a body follows the robot's timeline, and disturbances act on it.
+"""Simulate what an operator sees of a real arm (a "body") that follows the robot's timeline, while disturbances act on
+the arm.
 
-Commands, network line and mirror work as in `lab.delays`. The body is the simulated real arm: it follows the robot's
-own timeline, and its reports go back over the line. The operator sees the last report (frames), extrapolated reports
-(predicted), or the timeline at the current time (timeline).
+Commands and the line with delays are simulated by `lab.delays`. The body is a simulated arm with the disturbances. It
+follows the robot's own timeline, and its reports (measured joint positions) go back over the line. The operator sees
+the last report ("frames"), extrapolated reports ("predicted"), or the copy of the timeline at the current time
+("timeline").
 """
 
 from __future__ import annotations
@@ -27,14 +29,14 @@ from vrs_cli.values.measured import Report
 
 try:
     from vrs_cli.bodies.mujoco_arm import MujocoArm
-except ImportError:  # mujoco is an extra
+except ImportError:  # raised if the optional package mujoco is not installed
     MujocoArm = None  # type: ignore[assignment,misc]
 
-RATE = 25.0  # samples per second; the time between two samples is five steps of each body
-BEGINS = 0.4  # share of the trial before the disturbance begins
-MISLED = 1.0  # [deg] an operator should be warned of a larger error
-EVERY = 3  # every third report is sent as a frame: about 40 per second
-SCENARIOS: dict[str, tuple[Disturbance, ...]] = {  # without their start times
+RATE = 25.0  # samples per second; two samples are then five control steps of a body apart
+BEGINS = 0.4  # the disturbance begins after this fraction of the trial
+MISLED = 1.0  # [deg] if the displayed timeline has a larger error, the operator should have been warned
+EVERY = 3  # only every third report is shown as a frame: about 40 per second
+SCENARIOS: dict[str, tuple[Disturbance, ...]] = {  # the disturbances of each scenario, without their start times
     "healthy": (),
     "push": (Push(lasting=0.5, force=(0.0, 150.0, 0.0)),),
     "payload": (Payload(mass=2.0),),
@@ -45,16 +47,18 @@ SCENARIOS: dict[str, tuple[Disturbance, ...]] = {  # without their start times
 
 
 class TwinTrial(Struct, frozen=True):
-    """One trial: commands over a line, and disturbances of the body at times of the robot's clock."""
+    """The description of one trial. `trial`: the commands and the delays; `disturbances`: what disturbs the body, at
+    times of the robot's clock."""
 
     trial: Trial
     disturbances: tuple[Disturbance, ...]
 
 
 class TwinCurves(Struct, frozen=True):
-    """The largest joint errors [deg] at `times` [s]. `frames`, `predicted`, `timeline`: between the displayed robot and
-    the body. `tracking`: between the body and the robot's own timeline. `flagged`: whether a command unknown to the
-    operator had made the timeline wrong."""
+    """The error of the joint with the largest error [deg], at each of the `times` [s]. `frames`, `predicted`,
+    `timeline`: the error of each display, compared with the body; `tracking`: the error of the body, compared with the
+    robot's own timeline; `flagged`: whether the operator's timeline was wrong because of a command that had not arrived
+    there yet."""
 
     times: tuple[float, ...]
     frames: tuple[float, ...]
@@ -67,10 +71,11 @@ class TwinCurves(Struct, frozen=True):
 class TwinOutcome(Struct, frozen=True):
     """The results of a trial.
 
-    `body`: the kind of body. `excess` [deg]: the maximum difference between the errors of timeline and tracking at
-    samples that are not flagged. `alarm` [s]: the time from the start of the disturbance until the operator gets the
-    alarm (nan: never). `cause`: the cause that the alarm states. `false_alarms`: the number of alarms before the
-    disturbance. `misled`: the share of samples with an error of timeline above MISLED, no flag and no alarm yet.
+    `body`: the kind of body, "MuJoCo" or "servos". `excess` [deg]: the maximum difference between the errors `timeline`
+    and `tracking` at samples that are not flagged. `alarm` [s]: the time from the start of the disturbance until the
+    operator gets an alarm (nan: never). `cause`: the cause stated in this alarm. `false_alarms`: the number of alarms
+    before the disturbance. `misled`: the fraction of samples at which the error `timeline` was above MISLED although
+    the operator had neither a flag nor an alarm.
     """
 
     body: str
@@ -83,13 +88,15 @@ class TwinOutcome(Struct, frozen=True):
 
 
 def twin_outcome(it: TwinTrial) -> TwinOutcome:
-    """Run a trial. Equal trials give equal results. Raises NotAvailable if a body cannot have a disturbance."""
+    """Run a trial and return its results. Equal trials give equal results. Raises NotAvailable if the available kind of
+    body cannot simulate a disturbance."""
     course = DelayCourse(it.trial)
     course.run()
     true, reports, kind = _follow(course, it)
     looks, n = course.looks, it.trial.robot.joint_count
     backward = it.trial.ways.lines("reports")[1]
-    period = float(looks[-1]) / len(reports)  # the body's clock may be wrong, but its rate is even
+    # compute the sending times from the even rate of the reports, because their own time stamps may be disturbed
+    period = float(looks[-1]) / len(reports)
     arrivals = [backward.arrival((k + 1) * period) for k in range(len(reports))]
     g = joints_over(course.robot.arm, course.robot.timeline, looks)
 
@@ -122,8 +129,8 @@ def twin_outcome(it: TwinTrial) -> TwinOutcome:
 
 
 def _follow(course: DelayCourse, it: TwinTrial) -> tuple[Floats, list[Report], str]:
-    """Let a body follow the robot's timeline. Return its joints at each sample (N, n), its reports, and its
-    kind: an arm of MuJoCo, or servos if MuJoCo or the masses of the robot are missing."""
+    """Let a body follow the robot's timeline. Return its joint positions at each sample (N, n) [rad; m], its reports,
+    and its kind: "MuJoCo", or "servos" if MuJoCo is not installed or the masses of the robot are unknown."""
     arm, timeline = course.robot.arm, course.robot.timeline
     body: MujocoArm | ServoArm | None = None
     if MujocoArm is not None:
@@ -143,13 +150,13 @@ def _follow(course: DelayCourse, it: TwinTrial) -> tuple[Floats, list[Report], s
 
 
 def _view(viewer: Predictor, looks: Floats, reports: Sequence[Report], arrivals: Sequence[float], n: int) -> Floats:
-    """Return the joints that a viewer shows at each sample, (N, n); before the first report, the joints at the
-    start."""
+    """Return the joint positions that a viewer shows at each sample, (N, n) [rad; m]. Before the first report has
+    arrived, the viewer gets the positions of this report. `n`: the number of joints."""
     seen, received, last = np.zeros((len(looks), n)), 0, -1.0
     viewer.receive(last, np.array(reports[0].joints))
     for k, t in enumerate(looks.tolist()):
         while received < len(reports) and arrivals[received] <= t:
-            if reports[received].t > last:  # the body's clock may have been set back
+            if reports[received].t > last:  # skip reports with earlier times, after the body's clock was set back
                 last = reports[received].t
                 viewer.receive(last, np.array(reports[received].joints))
             received += EVERY
@@ -158,10 +165,11 @@ def _view(viewer: Predictor, looks: Floats, reports: Sequence[Report], arrivals:
 
 
 class TwinRow(Struct, frozen=True):
-    """Means over several trials.
+    """The combined results of several trials.
 
-    The fields are errors [deg] by name (frames, predicted, timeline, tracking), and their maxima. `alarms`: how many of
-    the `trials` had an alarm; `alarm`: the mean over these. For all other fields see TwinOutcome.
+    `mean`, `most`: mean and maximum of each error in SEEN, by its name [deg]. `flagged`: the fraction of flagged
+    samples. `alarms`: how many of the `trials` had an alarm; `alarm`: the mean of their times [s]; `cause`: the most
+    frequent cause. `excess` is the maximum, `misled` the mean, and `false_alarms` the sum of the fields of TwinOutcome.
     """
 
     body: str
@@ -177,7 +185,7 @@ class TwinRow(Struct, frozen=True):
     trials: int
 
 
-SEEN = ("frames", "predicted", "timeline", "tracking")
+SEEN = ("frames", "predicted", "timeline", "tracking")  # names of the error curves in TwinCurves
 
 
 def twin_row(outcomes: Sequence[TwinOutcome]) -> TwinRow:

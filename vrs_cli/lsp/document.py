@@ -1,8 +1,8 @@
-"""Analyse a program file for an editor: find the positions of names, suggest completions, explain words, and colour
-pieces of text.
+"""Analyse a program file for an editor: find the positions of names, suggest completions, explain words, and find the
+colours of the text.
 
-The functions take text and return values. Lines and columns count from 1, as everywhere in the language (`Span`); the
-server converts them to the counts of the editor.
+The functions take text and return plain values. Lines and columns count from 1, as in `Span`; `server` converts them to
+the editor's positions.
 """
 
 from __future__ import annotations
@@ -46,8 +46,9 @@ class SymbolKind(Enum):
 
 
 class Occurrence(Struct, frozen=True):
-    """An occurrence of a name. All names of the same variable, program or label have the same `key`. Lines count from
-    the start of the part (a program or a section of the file)."""
+    """An occurrence of a name in the text. `key`: the key of the variable, program or label, equal for all its
+    occurrences; `span`: the position, with lines counted from the start of the part (a program or a section of the
+    file)."""
 
     kind: SymbolKind
     key: str
@@ -58,7 +59,7 @@ class Occurrence(Struct, frozen=True):
         return (self.kind, self.key) == (other.kind, other.key)
 
 
-@lru_cache(maxsize=4096)  # maximum number of parts in memory; most parts of a file that is being edited do not change
+@lru_cache(maxsize=4096)  # keep the results for this many parts, because an edit changes only few parts of a file
 def occurrences(part: Part) -> tuple[Occurrence, ...]:
     """Return all occurrences of names in one part, in the order of the text."""
     node = part.node
@@ -70,7 +71,7 @@ def occurrences(part: Part) -> tuple[Occurrence, ...]:
 
 
 def locals_of(part: Part) -> frozenset[str]:
-    """Return the keys of the private variables of a program."""
+    """Return the keys of a program's parameters and private variables; none for a section."""
     node = part.node
     parameters, own = (node.parameters, own_variables(node)) if isinstance(node, ast.Program) else ((), ())
     return frozenset({parameter.key for parameter in parameters} | {variable.key for variable in own})
@@ -108,7 +109,7 @@ def _variable(part: Part, variable: ast.Variable) -> Occurrence:
 
 
 def _as_written(part: Part, name: str, span: Span) -> Span:
-    """Return the span of the name alone, because the span in the tree may include parentheses and indexes."""
+    """Return the span of a name without the parentheses and indexes that its span in the syntax tree may include."""
     at = part.lines[span.line - 1].lower().find(name.lower(), span.column - 1)
     begin = at + 1 if at >= 0 else span.column
     return Span(span.line, begin, begin + len(name))
@@ -125,7 +126,7 @@ def label_span(part: Part, step: ast.Step) -> Span:
 
 
 class Colour(Enum):
-    """The kinds of coloured pieces, with their names in the Language Server Protocol."""
+    """The kind of a coloured piece of text. The values are the token types of the Language Server Protocol."""
 
     KEYWORD = "keyword"
     FUNCTION = "function"
@@ -139,15 +140,16 @@ class Colour(Enum):
 
 
 class Modifier(Enum):
-    """An additional property of a piece. `OWN`: a variable of AUTO or LOCAL, or a parameter; `BUILT_IN`: a function of
-    VAL-II."""
+    """An additional property of a coloured piece. `OWN`: it is a parameter or a private variable (AUTO, LOCAL);
+    `BUILT_IN`: it is a function of VAL-II. The values are the token modifiers of the Language Server Protocol."""
 
     OWN = "static"
     BUILT_IN = "defaultLibrary"
 
 
 class Piece(NamedTuple):
-    """A piece of text with its colour. Lines and columns count from 1; lines count from the start of the part."""
+    """A coloured piece of text. `line`, `column`: its position, counted from 1 and lines from the start of the part;
+    `length`: the number of its characters."""
 
     line: int
     column: int
@@ -168,7 +170,7 @@ _OF_INK: Mapping[Ink, Colour] = {
 }
 
 
-@lru_cache(maxsize=4096)  # maximum number of parts in memory; most parts of a file that is being edited do not change
+@lru_cache(maxsize=4096)  # keep the results for this many parts, because an edit changes only few parts of a file
 def pieces(part: Part) -> tuple[Piece, ...]:
     own, named, found = locals_of(part), dict[tuple[int, int], Piece](), list[Piece]()
     parameters = {one.key for one in part.node.parameters} if isinstance(part.node, ast.Program) else set[str]()
@@ -207,7 +209,8 @@ _SECTION_KINDS = {".LOCATIONS": Kind.LOCATION, ".REALS": Kind.REAL, ".DOUBLES": 
 
 
 class Symbol(Struct, frozen=True):
-    """A program, section, label or variable. `span`: the span of its name; `last`: the number of its last line."""
+    """A program, section, label or variable in the outline of a file. `span`: the position of its name; `last`: the
+    number of its last line; `detail`: a text beside its name; `children`: the labels or variables in it."""
 
     name: str
     kind: SymbolKind
@@ -218,8 +221,8 @@ class Symbol(Struct, frozen=True):
 
 
 class Mend(NamedTuple):
-    """A correction of a mistake. `text`: the text that replaces the span; `sure`: whether it is the only possible
-    correction."""
+    """A correction of a mistake. `finding`: the diagnostic that it corrects; `text`: the text to write in place of
+    `span`; `sure`: whether it is certain to be right, so that the editor may apply it without asking."""
 
     finding: Diagnostic
     span: Span
@@ -228,8 +231,9 @@ class Mend(NamedTuple):
 
 
 class Document:
-    """A program file that is parsed once. `model`: the robot whose reach is checked; `inspector`: the inspector of the
-    file's previous version, reused; `name`: the name of the file, which steps without a `.PROGRAM` line get."""
+    """One version of a program file, parsed once. `model`: the robot for which locations are checked; `inspector`: the
+    inspector of the file's previous version, which keeps its results for unchanged parts; `name`: the name of the file,
+    from which a program without a `.PROGRAM` line gets its name."""
 
     def __init__(self, text: str, model: RobotModel, inspector: Inspector | None = None, name: str = "") -> None:
         self.text, self.name = text, name
@@ -250,7 +254,8 @@ class Document:
     # --- mistakes and corrections ---
 
     def findings(self, beside: Beside = ALONE) -> tuple[Diagnostic, ...]:
-        """Return the findings of `vrs check` for this text. `beside`: the contents of other files."""
+        """Check this text as `vrs check` does, and return the diagnostics. `beside`: the programs and variables of
+        other files that the check takes into account."""
         self._found = self._inspector.inspect(self._parts, beside)
         return self._found
 
@@ -260,7 +265,8 @@ class Document:
 
     @property
     def mends(self) -> tuple[Mend, ...]:
-        """Return all possible corrections: those that are certain, and similar names for unknown names."""
+        """Return the corrections of all diagnostics that have one: certain corrections, and proposed names in place of
+        unknown ones."""
         return tuple(mend for one in self.diagnostics if (mend := self._mend(one)) is not None)
 
     def _mend(self, finding: Diagnostic) -> Mend | None:
@@ -278,19 +284,19 @@ class Document:
 
     @property
     def colours(self) -> Iterator[Piece]:
-        """Yield the coloured pieces in the order of the text."""
+        """Yield the coloured pieces of the file in order, with lines counted from the start of the file."""
         for placed in self._parts:
             yield from (piece._replace(line=piece.line + placed.above) for piece in pieces(placed.part))
 
     def canonical(self) -> str | None:
-        """Return the canonical text; None if a line cannot be read or a block has no end."""
+        """Return the canonical text of the file; None if a line does not parse, or a block has no start or no end."""
         text = canonical_text(self.text)
         return text if isinstance(text, str) else None
 
     # --- the structure of the text ---
 
     def _at(self, line: int) -> Placed | None:
-        """Return the part that contains a line; a part extends to its `.END`."""
+        """Return the part (program or section, up to its `.END`) that contains a line, or None."""
         return next((one for one in self._parts if one.above < line <= one.above + one.part.last), None)
 
     def _program_at(self, line: int) -> ast.Program | None:
@@ -299,12 +305,12 @@ class Document:
 
     @cached_property
     def symbols(self) -> tuple[Symbol, ...]:
-        """Return the programs with their labels, and the sections with their variables."""
+        """Return the outline of the file: programs with their labels, and sections with their variables."""
         return tuple(_symbol(placed, placed.part.node) for placed in self._parts if placed.part.node is not None)
 
     @cached_property
     def folds(self) -> tuple[tuple[int, int], ...]:
-        """Return the first and last line of each foldable range: programs, sections, and branches of blocks."""
+        """Return the first and last line of each range that the editor can fold: programs, sections, and blocks."""
         return tuple(
             sorted(
                 (placed.above + first, placed.above + last)
@@ -317,7 +323,8 @@ class Document:
     # --- names and their positions ---
 
     def occurrence(self, line: int, column: int) -> Occurrence | None:
-        """Return the name that is at a position or ends there, with its span in the file."""
+        """Return the occurrence of a name at a position (or ending there), with its span in the file; None if there is
+        none."""
         if (placed := self._at(line)) is None:
             return None
         in_line = (one for one in occurrences(placed.part) if one.span.line == line - placed.above)
@@ -325,7 +332,7 @@ class Document:
         return next((structs.replace(one, span=placed.span(one.span)) for one in there), None)
 
     def references(self, line: int, column: int) -> tuple[Span, ...]:
-        """Return the spans of all occurrences of the name at a position. A label or a local variable is searched only
+        """Return the spans of all occurrences of the name at a position. A label or a private variable is searched only
         in its program, any other name in the whole file."""
         asked, here = self.occurrence(line, column), self._at(line)
         if asked is None or here is None:
@@ -338,7 +345,8 @@ class Document:
         )
 
     def is_local(self, asked: Occurrence, line: int) -> bool:
-        """Return whether a name in a line is a label or a private variable of its program."""
+        """Return whether a name in this line has a meaning only in its program: a label, a parameter or a private
+        variable."""
         here = self._at(line)
         return asked.kind is SymbolKind.LABEL or (here is not None and self._own(asked, here))
 
@@ -346,7 +354,7 @@ class Document:
         return asked.kind is SymbolKind.VARIABLE and asked.key in locals_of(placed.part)
 
     def places(self, asked: Occurrence) -> tuple[Span, ...]:
-        """Return the spans of all occurrences of a global name in this file."""
+        """Return the spans of all occurrences of a program or global variable in this file."""
         return tuple(
             placed.span(one.span)
             for placed in self._parts
@@ -356,8 +364,8 @@ class Document:
         )
 
     def origin(self, asked: Occurrence) -> Span | None:
-        """Return the span where a global name is defined in this file: the heading of a program, a line of a section,
-        or the first assignment."""
+        """Return the span where a program or global variable is defined in this file (the heading of the program, a
+        line in a section, or the first assignment), or None."""
         if asked.kind is SymbolKind.PROGRAM:
             found = next((one for one in self._programs if one[1].key == asked.key), None)
             return None if found is None else found[0].span(heading_span(found[1]))
@@ -365,14 +373,16 @@ class Document:
         return next((placed.span(variable.span) for placed, variable, *_ in given), None)
 
     def check_free(self, asked: Occurrence, new: str) -> None:
-        """Check that a new name is not used in this file and would not be read as a function. Raises UsageError."""
+        """Check that the program or global variable `asked` can get the name `new` in this file: the name must be
+        unused, and must not be read as a function. Raises UsageError."""
         wanted = structs.replace(asked, key=key_of(new))
         if wanted != asked and self.places(wanted):
             raise UsageError(f"{new} is there already", "another name")
         self._check_renamed(asked, wanted, self.places(asked), new)
 
     def rename(self, line: int, column: int, name: str) -> tuple[str, tuple[Span, ...]]:
-        """Return the new name as it is to be written, and the spans to replace. Raises UsageError, InvalidName."""
+        """Find what must change in this file to rename the name at a position. Return the new name as the text must
+        have it (with its sigil), and the spans to replace. Raises UsageError, InvalidName."""
         asked, here = self.occurrence(line, column), self._at(line)
         if asked is None or here is None:
             raise UsageError("there is nothing to rename", "programs, labels and variables have names")
@@ -386,8 +396,8 @@ class Document:
         return new, spans
 
     def _check_renamed(self, asked: Occurrence, wanted: Occurrence, spans: tuple[Span, ...], new: str) -> None:
-        """Check that the text has the same meaning with the new name: HAND, for example, is a function unless a
-        variable has that name. Raises UsageError."""
+        """Check that every replaced name would be read as a variable: HAND, for example, is a function in programs that
+        do not assign it. `spans`: the replaced names. Raises UsageError."""
         if wanted.key not in ast.FUNCTION_NAMES and asked.key not in ast.FUNCTION_NAMES:
             return
         lines, wanted_places, moved = list(self.lines), set[tuple[int, int]](), 0
@@ -403,7 +413,7 @@ class Document:
             raise UsageError(f"{new} would be the function in some places, the variable in others", "another name")
 
     def _scope(self, asked: Occurrence, here: Placed) -> tuple[Placed, ...]:
-        """Return the parts in which a name has the same meaning."""
+        """Return the parts of the file in which a name has the same meaning as in the part `here`."""
         if asked.kind is SymbolKind.LABEL or asked.key in locals_of(here.part):
             return (here,)
         if asked.kind is SymbolKind.PROGRAM:
@@ -415,10 +425,10 @@ class Document:
     def completions(
         self, line: int, column: int, project: Sequence[Document] = (), near: Sequence[Document] = ()
     ) -> list[Suggestion]:
-        """Return suggestions for a position. `project`: the other files of the same name space; `near`: all files whose
-        programs may be called."""
+        """Return suggestions for the word that is being typed at a position. `project`: the other files of the same
+        name space, with which variables are shared; `near`: all other files whose programs may be called."""
         before = self.lines[line - 1][: column - 1] if line <= len(self.lines) else ""
-        if (program := self._program_at(line)) is None:  # outside of programs
+        if (program := self._program_at(line)) is None:  # suggest headings outside of programs
             begun, note = before.strip().upper(), "a section of variables, up to .END"
             rows = ((PROGRAM, "a program, up to .END"), *((name, note) for name in SECTIONS))
             return [Suggestion(name, len(begun), note) for name, note in rows if name.startswith(begun)]
@@ -429,7 +439,8 @@ class Document:
         return suggestions(before, self._names(project, near), in_program=True)
 
     def signature(self, line: int, column: int, near: Sequence[Document] = ()) -> Signature | None:
-        """Return the syntax of the statement or function that is being typed; None outside of programs."""
+        """Return the form of the statement, function or call that is being typed at a position; None outside of
+        programs. `near`: the other files whose programs may be called."""
         if self._program_at(line) is None:
             return None
         before = self.lines[line - 1][: column - 1]
@@ -453,16 +464,16 @@ class Document:
 
     @cached_property
     def _given_names(self) -> Mapping[Kind, dict[str, str]]:
-        """Return the variables that this file assigns, by kind, each with the name of the section or program that
-        assigns it."""
+        """Return the variables that this file assigns: by kind, then by name, the name of the section or program with
+        the first assignment."""
         variables: dict[Kind, dict[str, str]] = {kind: {} for kind in Kind}
         for _, variable, kind, owner in self._definitions():
             variables[kind].setdefault(variable.sigil + variable.name, owner)
         return variables
 
     def _definitions(self, first: Placed | None = None) -> Iterator[tuple[Placed, ast.Variable, Kind, str]]:
-        """Yield each assignment in the file: its section or program (part and name), the variable and its kind, as
-        (part, variable, kind, name). Sections come first, then the program `first`, then all other programs."""
+        """Yield each assignment in the file as (part, variable, kind, name), where `name` is the section or program
+        with the assignment. Sections come first, then the program in the part `first`, then all other programs."""
         sections = ((placed, node) for placed in self._parts if isinstance(node := placed.part.node, ast.Section))
         for placed, section in sections:
             for entry in section.entries:
@@ -473,7 +484,7 @@ class Document:
                 row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
                 located = (
                     row is not None and Shape.LOCATION_VARIABLE in row.operand_shapes
-                )  # assigned by instructions such as SET and HERE
+                )  # True for instructions such as SET and HERE, which assign locations
                 for variable in ast.definitions(statement):
                     kind = SIGIL_KINDS.get(variable.sigil) or (Kind.LOCATION if located else Kind.REAL)
                     yield placed, variable, kind, program.name
@@ -483,15 +494,16 @@ class Document:
     def hover(
         self, line: int, column: int, project: Sequence[Document] = (), near: Sequence[Document] = ()
     ) -> tuple[str, Span] | None:
-        """Return help on a word of the language, or the meaning of a name, as Markdown, with the span of the word.
+        """Return help on the word at a position as Markdown, with the span of the word: the help page for a word of
+        VAL-II, the definition for a name. Return None if there is nothing to show.
 
-        `project`, `near`: as in `completions`.
+        `project`: the other files of the same name space; `near`: all other files whose programs may be called.
         """
         text, span = self._word(line, column) or ("", None)
         if span is None or text[0].isdigit():
             return None
         asked = self.occurrence(line, column)
-        if asked is None:  # a word of the language, or a name in a line that cannot be read
+        if asked is None:  # the text is a word of VAL-II, or a name in a line that does not parse
             unread = (one for placed in self._parts for one in placed.translate(placed.part.diagnostics))
             named = any(one.span.line == line for one in unread)
             own = named and (self._variable_meaning(text, line) or self.program_meaning(key_of(text)))
@@ -508,8 +520,8 @@ class Document:
         return (found, span) if found else None
 
     def definition(self, line: int, column: int) -> Span | None:
-        """Return the span where a program, a label or a variable is defined. A variable is defined by a parameter, a
-        line of a section, or its first assignment."""
+        """Return the span where the program, label or variable at a position is defined, or None. The definition of a
+        variable is a parameter, a line in a section, or the first assignment."""
         word, asked, here = self._word(line, column), self.occurrence(line, column), self._at(line)
         if word is None:
             return None
@@ -523,7 +535,8 @@ class Document:
         return variable or next(headings, None)
 
     def _word(self, line: int, column: int) -> tuple[str, Span] | None:
-        """Return the word that is at a position or ends there; None in strings and comments."""
+        """Return the word at a position (or ending there) and its span; None if there is none, or in strings and
+        comments."""
         if not 1 <= line <= len(self.lines):
             return None
         words = _WORD.finditer(blank_out(self.lines[line - 1]))
@@ -537,21 +550,23 @@ class Document:
         return f"```val2\n{shown}\n```\n`{word}` is first given a value in line {span.line}"
 
     def program_meaning(self, key: str) -> str:
-        """Return the heading of a program with its comment, as Markdown; "" if this file does not have the program."""
+        """Return the heading and the comment of a program as Markdown, for a hover; "" if this file does not have the
+        program. `key`: the key of the program."""
         if (program := self.programs.get(key)) is None:
             return ""
         comment = f"\n\n{program.comment.strip()}" if program.comment else ""
         return f"```val2\n.PROGRAM {_signature(program)}\n```{comment}"
 
     def place_meaning(self, word: str, asked: Occurrence) -> str:
-        """Return the line that assigns a global variable in this file, as Markdown."""
+        """Return the line in this file that first assigns a global variable, as Markdown for a hover. `word`: the name
+        as typed."""
         span = self.origin(asked)
         shown = "" if span is None else self.lines[span.line - 1].strip()
         return f"```val2\n{shown}\n```\n`{word}` is given a value in {self.name}"
 
     def _variable(self, name: str, line: int) -> Span | None:
-        """Return the span that defines a variable: a parameter of the program, an entry of a section, or the first
-        assignment."""
+        """Return the span that defines a variable used in this line, or None: a parameter of the program, a line in a
+        section, or the first assignment."""
         here, program, key = self._at(line), self._program_at(line), key_of(name)
         parameters = program.parameters if program is not None else ()
         own = ((here, parameter) for parameter in parameters if here is not None)
@@ -580,14 +595,15 @@ def _line(kind: SymbolKind, name: str, span: Span, detail: str = "") -> Symbol:
 
 
 def _folds(part: Part) -> Iterator[tuple[int, int]]:
-    """Yield the foldable ranges of lines in a part. The line that ends a block stays visible."""
+    """Yield the first and last line of each range in a part that can be folded. The line that ends a block stays
+    visible."""
     if part.last > 2:
         yield 1, part.last - 1
     if isinstance(part.node, ast.Program):
         steps = part.node.steps
         for block in structure_of(part.node).blocks:
             marks = (block.opener, *block.middles, block.closer)
-            # the lines from CASE to its first VALUE are not a separate range: the block folds as a whole
+            # also fold a CASE as a whole; the other blocks fold only branch by branch
             whole = ((block.opener, block.closer),) if block.kind is BlockKind.CASE else ()
             lines = ((steps[a].span.line, steps[b].span.line) for a, b in (*whole, *pairwise(marks)))
             yield from ((first, after - 1) for first, after in lines if after - first > 1)
@@ -611,7 +627,8 @@ def _signature(program: ast.Program) -> str:
 
 
 def new_name(asked: Occurrence, name: str) -> str:
-    """Return a typed name as it is to be written in place of `asked`. Raises InvalidName."""
+    """Check a new name for the program, label or variable `asked`, and return it as the text must have it: with the
+    sigil of the variable, a label without leading zeros. Raises InvalidName."""
     if asked.kind is SymbolKind.LABEL:
         if not name.isascii() or not name.isdigit() or float(name) > lexer.LABEL_HIGH:
             raise InvalidName(name, f"a label is a number from 0 to {lexer.LABEL_HIGH}")
@@ -626,7 +643,7 @@ def new_name(asked: Occurrence, name: str) -> str:
 
 
 def _help(word: str) -> str:
-    """Return the page of HELP on a word, as Markdown."""
+    """Return what HELP shows for a word, as Markdown; "" if there is no help."""
     try:
         entries = page(word.lstrip("#$") if word[0] in "#$" else word).entries
     except UsageError:

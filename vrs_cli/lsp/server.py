@@ -1,8 +1,8 @@
-"""Serve the Language Server Protocol 3.17 with the answers of `document.Document`. The server itself has no knowledge
-of VAL-II.
+"""Serve the Language Server Protocol 3.17. The server converts messages; all knowledge of VAL-II is in `document` and
+`workspace`.
 
-Lines and columns count from 1 in a `Span` and from 0 in the protocol. How many units of the protocol a character has
-depends on the encoding that the editor and pygls have agreed on.
+Lines and columns count from 1 in a `Span`, but from 0 in the protocol. The protocol's columns count units of a text
+encoding (such as UTF-16) on which the editor and pygls have agreed.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from vrs_cli.lsp.workspace import FileSpan, Workspace
 from vrs_cli.values.diagnostics import Diagnostic, Severity, Span
 from vrs_cli.version import __version__
 
-MAX_FILES = 2000  # maximum number of files of a workspace that are read
-PAUSE = 0.05  # [s] time after the last keystroke before a text is checked, so that fast typing causes only one check
+MAX_FILES = 2000  # read at most this many program files of a workspace
+PAUSE = 0.05  # [s] check a text this long after the last keystroke, so that fast typing causes only one check
 
 _SEVERITIES: Mapping[Severity, lsp.DiagnosticSeverity] = {
     Severity.ERROR: lsp.DiagnosticSeverity.Error,
@@ -46,7 +46,7 @@ _SYMBOLS: Mapping[SymbolKind, lsp.SymbolKind] = {
 
 
 class InvalidRequest(exceptions.JsonRpcInvalidParams):
-    """A request that cannot be carried out; the editor shows the message."""
+    """Raised for a request that cannot be carried out. The editor shows the message to the user."""
 
 
 class Question(Protocol):
@@ -57,7 +57,8 @@ class Question(Protocol):
 
 
 class UnreadMessage(NamedTuple):
-    """A message that cannot be read: the number of the request (None if unknown), and the reason."""
+    """A message from the editor that cannot be decoded. `number`: the id of the request, None if unknown; `error`: the
+    answer, with the reason."""
 
     number: int | str | None
     error: lsp.ResponseError
@@ -65,7 +66,8 @@ class UnreadMessage(NamedTuple):
 
 
 class AnsweringProtocol(LanguageServerProtocol):
-    """A protocol that answers every request, even a malformed one, or one before `initialize` or after `shutdown`."""
+    """A protocol that sends an error in answer to malformed requests, and to requests before `initialize` or after
+    `shutdown`."""
 
     def structure_message(self, data: dict[str, Any]) -> Any:
         try:
@@ -77,7 +79,7 @@ class AnsweringProtocol(LanguageServerProtocol):
             raise
 
     def handle_message(self, message: Any) -> None:
-        """Answer a request, or handle a notification."""
+        """Handle a message: refuse it if it is malformed or not allowed now, otherwise let pygls handle it."""
         number, method = getattr(message, "id", None), getattr(message, "method", None)
         if isinstance(message, UnreadMessage):
             self.refuse(message.number, message.error)
@@ -100,16 +102,16 @@ class AnsweringProtocol(LanguageServerProtocol):
 
 
 class Val2Server(LanguageServer):
-    """The language server. It parses each version of a text once. The texts of open files come from the editor, all
-    others from the disk."""
+    """The language server. It parses each version of a text only once. The texts of open files are those in the editor;
+    all others are read from the disk. `model`: the robot for which locations are checked."""
 
     def __init__(self, model: RobotModel) -> None:
         super().__init__("vrs", __version__, protocol_cls=AnsweringProtocol)
         self.files = Workspace(model)
         self._on_disk: dict[str, str] = {}
-        self._stamps: dict[str, tuple[object, str]] = {}  # stamp and text of each file read, by path
+        self._stamps: dict[str, tuple[object, str]] = {}  # by path of a file: its stamp (time and size) and its text
         self._waiting: dict[str, asyncio.TimerHandle] = {}
-        # a refused request has been answered and is not an error of the server, so it is not logged
+        # do not log refused requests, because they have been answered and are not errors of the server
         logging.getLogger(json_rpc.__name__).addFilter(
             lambda record: record.exc_info is None or not isinstance(record.exc_info[1], InvalidRequest)
         )
@@ -117,8 +119,8 @@ class Val2Server(LanguageServer):
             self.feature(name, options)(partial(feature, self))
 
     def document(self, uri: str) -> Document:
-        """Return a document with the editor's version of a text if it is open, otherwise with the text of the file.
-        Raises InvalidRequest."""
+        """Return the document at an address: with the editor's text if it is open there, otherwise with the text of the
+        file. Raises InvalidRequest if the file cannot be read."""
         texts = self.texts()
         if uri not in texts:
             try:
@@ -129,7 +131,7 @@ class Val2Server(LanguageServer):
         return self.files.document(uri)
 
     def texts(self) -> dict[str, str]:
-        """Return the current versions of all texts."""
+        """Return the current texts of all known files, by address: the editor's for open files."""
         return self._on_disk | {one: document.source for one, document in self.open_texts.items()}
 
     @property
@@ -138,8 +140,8 @@ class Val2Server(LanguageServer):
         return {document.uri: document for document in self.workspace.text_documents.values()}
 
     def look(self) -> None:
-        """Read the program files that have changed on the disk: those of the workspace, and those in the folders of
-        open files."""
+        """Update the texts of program files that are not open: those in the workspace, and those in the folders of open
+        files. Only files that have changed on the disk are read again."""
         opened = {uris.to_fs_path(uri): uri for uri in self.open_texts}
         roots = [uris.to_fs_path(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
         found = {path: uri for path, uri in opened.items() if path}
@@ -159,18 +161,18 @@ class Val2Server(LanguageServer):
                 return None
         return known[1]
 
-    # --- places ---
+    # --- positions ---
 
     def locate(self, params: Question) -> tuple[str, Document, tuple[int, int]]:
-        """Return the address and the document of a request, with the line and column of its position, counted from
-        1."""
+        """Return the address of the text that a request names, its document, and the line and column of the request's
+        position, counted from 1."""
         uri = params.text_document.uri
         document = self.document(uri)
         found = self.workspace.position_codec.position_from_client_units([*document.lines, ""], params.position)
         return uri, document, (found.line + 1, found.character + 1)
 
     def range(self, uri: str, span: Span) -> lsp.Range:
-        """Convert a span to a range in the editor's units."""
+        """Convert a span in the text at an address to a range in the units of the protocol."""
         return lsp.Range(self._position(uri, span.line, span.column), self._position(uri, span.line, span.end))
 
     def _position(self, uri: str, line: int, column: int) -> lsp.Position:
@@ -181,17 +183,18 @@ class Val2Server(LanguageServer):
     # --- diagnostics ---
 
     def check_soon(self, uri: str) -> None:
-        """Check a text after a pause in typing."""
+        """Schedule a check of a text for when the user has not typed for PAUSE seconds."""
         self.forget(uri)
         self._waiting[uri] = asyncio.get_running_loop().call_later(PAUSE, self.check, uri)
 
     def check(self, uri: str) -> None:
-        """Send the editor all mistakes in an open text."""
+        """Check an open text, and send its mistakes to the editor; also those of the other open files in its name
+        space."""
         if uri not in self.open_texts:
             return
         self.document(uri)
         for one in self.files.project(uri):
-            if one in self.open_texts:  # a change can also affect files of the same name space
+            if one in self.open_texts:  # the change may also affect the mistakes of other files in the name space
                 found = [self.diagnostic(one, wrong) for wrong in self.files.diagnostics(one)]
                 self.publish(one, found, self.open_texts[one].version)
 
@@ -204,22 +207,23 @@ class Val2Server(LanguageServer):
         return lsp.Diagnostic(place, one.message, severity, code=one.code, source="vrs")
 
     def publish(self, uri: str, found: list[lsp.Diagnostic], version: int | None = None) -> None:
-        """Replace the diagnostics of a text that the editor shows."""
+        """Send the diagnostics that the editor shows for a text, in place of the earlier ones."""
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
 
     def forget(self, uri: str) -> None:
-        """Cancel the check of a text that is scheduled."""
+        """Cancel the scheduled check of a text, if there is one."""
         if (waiting := self._waiting.pop(uri, None)) is not None:
             waiting.cancel()
 
     def close(self, uri: str) -> None:
-        """Handle a text that the editor has closed."""
+        """Handle the closing of a text in the editor: cancel its check, read its file, and remove its diagnostics."""
         self.forget(uri)
         self.look()
         self.publish(uri, [])
 
     def report_server_error(self, error: Exception, source: Any) -> None:
-        """Answer a message that is not JSON. Show other errors in the editor, unless they were already answered."""
+        """Handle an error in the server: answer a message that was not JSON; show any other error in the editor, unless
+        the request was already answered."""
         if isinstance(error, ValueError):
             refusal = exceptions.JsonRpcParseError(str(error)).to_response_error()
             cast(AnsweringProtocol, self.protocol).refuse(None, refusal)
@@ -227,7 +231,7 @@ class Val2Server(LanguageServer):
             super().report_server_error(error, source)
 
     def location(self, place: FileSpan) -> lsp.Location:
-        """Convert a span to a location in the editor's units."""
+        """Convert a span with an address to a location in the units of the protocol."""
         return lsp.Location(place.uri, self.range(place.uri, place.span))
 
     # --- symbols ---
@@ -243,7 +247,8 @@ class Val2Server(LanguageServer):
 
 
 def _program_files(roots: Iterable[str], opened: Iterable[str]) -> Iterator[str]:
-    """Yield the program files below the `roots`, and those in the folders of open files, without hidden files."""
+    """Yield the paths of the program files in the folders of the open files, then in the folders `roots` and all their
+    subfolders, without hidden files."""
     for folder in sorted({os.path.dirname(path) for path in opened}):
         with suppress(OSError):
             yield from (os.path.join(folder, name) for name in sorted(os.listdir(folder)) if _is_program(name))
@@ -257,7 +262,7 @@ def _is_program(name: str) -> bool:
     return name.lower().endswith(program_file.PROGRAM_SUFFIXES) and not name.startswith(".")
 
 
-# --- features --------------------------------------------------------------------------------------------------------
+# --- features: one function answers each kind of request -------------------------------------------------------------
 
 
 def _completion(server: Val2Server, params: lsp.CompletionParams) -> lsp.CompletionList:
@@ -292,7 +297,8 @@ def _definition(server: Val2Server, params: lsp.DefinitionParams) -> lsp.Locatio
 
 
 def _formatting(server: Val2Server, params: lsp.DocumentFormattingParams) -> Sequence[lsp.TextEdit] | None:
-    """Return one edit that formats the whole text; None if the text is already canonical or cannot be read."""
+    """Return one edit that formats the whole text; None if the text is already formatted, or has mistakes that prevent
+    formatting."""
     document = server.document(params.text_document.uri)
     text = document.canonical()
     if text is None or text == document.text:
@@ -338,7 +344,8 @@ def _prepare_rename(server: Val2Server, params: lsp.PrepareRenameParams) -> lsp.
 
 
 def _rename(server: Val2Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
-    """Rename the name at a position. Raises InvalidRequest if the new name cannot be used."""
+    """Return the edits in all files that rename the name at a position. Raises InvalidRequest if the new name cannot be
+    used."""
     server.look()
     uri, _, place = server.locate(params)
     try:
@@ -365,8 +372,8 @@ def _signature(server: Val2Server, params: lsp.SignatureHelpParams) -> lsp.Signa
 
 
 def _actions(server: Val2Server, params: lsp.CodeActionParams) -> Sequence[lsp.CodeAction]:
-    """Return the corrections for findings in these lines, and one action that makes all certain corrections of the
-    text."""
+    """Return an action for each correction of a mistake in the requested lines, and one action that makes all certain
+    corrections of the text."""
     uri, document = params.text_document.uri, server.document(params.text_document.uri)
     wanted, lines = params.context.only, range(params.range.start.line + 1, params.range.end.line + 2)
     found = [
@@ -388,8 +395,8 @@ def _actions(server: Val2Server, params: lsp.CodeActionParams) -> Sequence[lsp.C
 
 
 def _is_wanted(kind: lsp.CodeActionKind, wanted: Sequence[lsp.CodeActionKind | str] | None) -> bool:
-    """Return whether the editor asks for actions of this kind or of a more general kind: source includes
-    source.fixAll."""
+    """Return whether the editor asks for actions of this kind, directly or by a more general kind (`source` includes
+    `source.fixAll`). `wanted`: the kinds that it asks for; None: all."""
     asked = [one.value if isinstance(one, lsp.CodeActionKind) else one for one in wanted or ()]
     return wanted is None or any(kind.value == one or kind.value.startswith(f"{one}.") for one in asked)
 
@@ -409,8 +416,8 @@ LEGEND = lsp.SemanticTokensLegend([one.value for one in Colour], [one.value for 
 
 
 def _colours(server: Val2Server, params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
-    """Return five numbers for each piece: its line and column relative to the previous piece, its length, its kind, and
-    its modifiers as bits."""
+    """Return the colours of a text as semantic tokens: five numbers for each piece, which are its line and column
+    relative to the previous piece, its length, its kind, and its modifiers as bits."""
     uri = params.text_document.uri
     kinds, modifiers = ({one: place for place, one in enumerate(of)} for of in (Colour, Modifier))
     data, line, column = list[int](), 0, 0
@@ -425,7 +432,7 @@ def _colours(server: Val2Server, params: lsp.SemanticTokensParams) -> lsp.Semant
     return lsp.SemanticTokens(data)
 
 
-# the features of the server, each with its options
+# by method of the protocol: the function that handles it, and the options that the server announces for it
 _FEATURES: Mapping[str, tuple[Callable[[Val2Server, Any], Any], Any]] = {
     lsp.TEXT_DOCUMENT_DID_OPEN: (lambda server, params: server.on_open(params.text_document.uri), None),
     lsp.TEXT_DOCUMENT_DID_SAVE: (lambda server, params: server.on_open(params.text_document.uri), None),

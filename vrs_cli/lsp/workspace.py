@@ -1,7 +1,7 @@
-"""Find the program files of a workspace that belong together, and all occurrences of a name in them.
+"""Find the program files of a workspace that share their names (a name space), and all occurrences of a name in them.
 
-Two files are in one name space if one names the other in a comment (`; with: lib.v2`), or calls a program that it lacks
-and that exactly one other file in its folder contains. Each text has an address (URI).
+Two files are in one name space if one of them names the other in a comment (`; with: lib.v2`), or if it calls a program
+that it does not contain and that exactly one other file in its folder contains. The address of a text is its URI.
 """
 
 from __future__ import annotations
@@ -22,21 +22,22 @@ from vrs_cli.language.words.values import key_of
 from vrs_cli.lsp.document import Document, Symbol, SymbolKind
 from vrs_cli.values.diagnostics import Diagnostic, Span
 
-MAX_SYMBOLS = 500  # maximum number of symbols that a query returns
+MAX_SYMBOLS = 500  # return at most this many symbols for a query
 _CALLS = re.compile(r"(?i)\b(?:CALLP?|GOSUB|PRIME|(?:PC)?EXECUTE|REACT[IE]?)[ \t]([^;\n]*)")
 _NAME = re.compile(r"[A-Za-z][\w.]*")
 
 
 class FileSpan(NamedTuple):
-    """A span in the text with the given address."""
+    """A span in one of several texts. `uri`: the address of the text."""
 
     uri: str
     span: Span
 
 
 class _Outline(NamedTuple):
-    """The links of a text to other texts, found without parsing: the keys of its own programs, the keys of programs
-    that it may call, and the names of files in its comments."""
+    """The data by which a text is linked to other texts, found without parsing it. `programs`: the keys of its
+    programs; `called`: the keys of programs that it may call but does not contain; `named`: the files that its comments
+    name (`; with: ...`)."""
 
     programs: frozenset[str]
     called: frozenset[str]
@@ -56,7 +57,8 @@ def _outline(text: str, name: str) -> _Outline:
 
 
 class Workspace:
-    """The current texts of a workspace, by address. `take` replaces them. Unchanged texts are not parsed again."""
+    """The current texts of a workspace, by address, and their documents. `take` replaces the texts; unchanged ones are
+    not parsed again. `model`: the robot for which locations are checked."""
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
@@ -72,23 +74,23 @@ class Workspace:
             self._inspectors.pop(gone, None)
 
     def document(self, uri: str) -> Document:
-        """Return the document for an address; each version is parsed only once. Raises KeyError for an unknown
-        address."""
+        """Return the document at an address. Each version of a text is parsed only once. Raises KeyError if the address
+        is unknown."""
         known, text = self._documents.get(uri), self._texts[uri]
         if known is None or known.text != text:
             inspector = self._inspectors.setdefault(uri, Inspector(self._model))
             known = self._documents[uri] = Document(text, self._model, inspector, _stem(uri))
         return known
 
-    # --- which files belong together ---
+    # --- files in the same name space ---
 
     def project(self, uri: str) -> tuple[str, ...]:
-        """Return the addresses of all documents in the name space of this document: first this document, then the
-        others in alphabetical order."""
+        """Return the addresses of all files in the name space of a file: first its own address, then the others in
+        alphabetical order."""
         if self._links is None:
             self._links = self._find_links()
         found, waiting = {uri}, [uri]
-        for here in waiting:  # the loop also visits the items that it appends
+        for here in waiting:  # the list grows in the loop, which also visits the new items
             new = self._links.get(here, set()) - found
             found |= new
             waiting += new
@@ -114,13 +116,14 @@ class Workspace:
         return links
 
     def others(self, uri: str) -> list[Document]:
-        """Return the other files in the name space of a file."""
+        """Return the documents of the other files in the name space of a file."""
         return [self.document(other) for other in self.project(uri)[1:]]
 
     # --- mistakes ---
 
     def diagnostics(self, uri: str) -> tuple[Diagnostic, ...]:
-        """Return the findings of `vrs check` for a text, checked together with the other texts of its name space."""
+        """Check a text together with the other texts of its name space, as `vrs check` does, and return its
+        diagnostics."""
         document, others, project = self.document(uri), self.others(uri), self.project(uri)
         first = (self.document(other) for other in project[1:] if other < uri)
         near = frozenset(
@@ -141,7 +144,8 @@ class Workspace:
     # --- names in all files ---
 
     def definition(self, uri: str, line: int, column: int) -> FileSpan | None:
-        """Return where a name is defined: in its own file, or in another file of the name space."""
+        """Return where the name at a position is defined, in its own file or else in another file of the name space;
+        None if it is not defined."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
         span = document.definition(line, column)
@@ -153,7 +157,8 @@ class Workspace:
         return None
 
     def references(self, uri: str, line: int, column: int) -> Iterator[FileSpan]:
-        """Yield all spans of a name, beginning with those in its own file."""
+        """Yield all occurrences of the name at a position: first those in its own file, then those in the other files
+        of the name space."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
         yield from (FileSpan(uri, span) for span in document.references(line, column))
@@ -162,8 +167,8 @@ class Workspace:
                 yield from (FileSpan(other, span) for span in self.document(other).places(asked))
 
     def rename(self, uri: str, line: int, column: int, name: str) -> tuple[str, dict[str, tuple[Span, ...]]]:
-        """Return the new name as it is to be written, and the spans to replace, by address. Raises UsageError,
-        InvalidName."""
+        """Find what must change in all files of the name space to rename the name at a position. Return the new name as
+        the text must have it (with its sigil), and the spans to replace, by address. Raises UsageError, InvalidName."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
         new, spans = document.rename(line, column, name)
@@ -181,8 +186,8 @@ class Workspace:
         return new, found
 
     def symbols(self, query: str) -> Iterator[tuple[str, Symbol, str]]:
-        """Return the programs, and the variables of sections, whose names contain a text, with their address and
-        section."""
+        """Yield the programs, and the variables in sections, whose names contain a text, as (address, symbol, section);
+        the section of a program is ""."""
         wanted, kinds = query.lower(), (SymbolKind.PROGRAM, SymbolKind.VARIABLE)
         found = (
             (uri, one, holder)
@@ -196,15 +201,15 @@ class Workspace:
     # --- files whose programs may be called ---
 
     def near(self, uri: str) -> tuple[Sequence[Document], Sequence[Document]]:
-        """Return the other files of the name space, and all files whose programs may be called: those of the name
-        space, then those of the folder."""
+        """Return the documents of the other files in the name space of a file, and of all other files whose programs it
+        may call: those of the name space, then the remaining ones in its folder."""
         project, others = self.project(uri), self.others(uri)
         folder = sorted(one for one in self._texts if _folder(one) == _folder(uri) and one not in project)
         return others, [*others, *map(self.document, folder)]
 
 
 def normal(path: str) -> str:
-    """Return an address in the normal form, so that addresses can be compared."""
+    """Return an address in lower case without `.` and `..`, so that addresses can be compared."""
     scheme, sign, rest = path.partition("://")
     return f"{scheme}{sign}{normpath(rest)}".lower() if sign else normpath(path).lower()
 

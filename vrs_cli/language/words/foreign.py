@@ -1,5 +1,5 @@
-"""List words of other languages (Python, BASIC, Kawasaki AS, KRL, RAPID, URScript) and of shells, with their
-counterparts in VAL-II. Give hints for names without a value."""
+"""List words of other languages (Python, BASIC, Kawasaki AS, KRL, RAPID, URScript) and of shells, with what to write
+instead in VAL-II; and make hints for variables without a value."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import WordRow
 
-# signs of C and related languages, with hints
+# operators and signs of other languages, with the hint for each
 FOREIGN_SIGNS = {
     "!=": "<> is unequal",
     "&&": "AND is both",
@@ -34,30 +34,32 @@ FOREIGN_SIGNS = {
 POWER, QUOTES = "** raises to a power: 2 ** 3", 'a text stands in double quotes: "hello"'
 QUOTIENT, WHOLE = r"//\s*[\d(]", "INT(7 / 2) is a whole quotient; a comment begins with ;"
 FOREIGN_COMMENT, OWN_COMMENT = r"//|/\*|#(?![A-Za-z])", "a comment begins with ;"
-# comment signs at the start of a line: MATLAB, BASIC, RAPID, Lua
+# matches a sign that begins a comment at the start of a line, also as in MATLAB, BASIC, RAPID or Lua
 LINE_COMMENT = rf"{FOREIGN_COMMENT}|[%'!*](?=\s)|--(?=\s)"
 UNITS, NO_UNIT = (
     frozenset(["MM", "CM", "M", "DEG", "DEGREES", "RAD", "S", "SEC", "MS", "MMS", "MPS", "MM/S", "M/S"]),
     "numbers have no unit: lengths are mm, angles degrees, times seconds",
 )
 PERCENT = "SPEED 50 is in percent, SPEED 500 MMPS in mm/s"
-MEANT_ELSEWHERE = {  # VAL-II words that have further meanings in other languages
+MEANT_ELSEWHERE = {  # words of VAL-II that mean something else in other languages, with a hint for that meaning
     "SWITCH": "CASE x OF chooses by a value",
     "SIGNAL": "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off",
     "RESET": "RESET turns all off, SIGNAL -1 turns one off",
     "WAIT": "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass",
     "RANDOM": "1 + INT(6 * RANDOM) is a whole number from 1 to 6",
 }
-_ONLY_READ = {  # functions to which students try to assign a value
+_ONLY_READ = {  # functions to which students try to assign a value, with a hint how to change the value
     "SIG": f"SIG(1) is the state of a signal; {MEANT_ELSEWHERE['SIGNAL']}",
     **dict.fromkeys(("DX", "DY", "DZ"), "SET p = SHIFT(p BY dx, dy, dz) moves a place"),
 }
 LABELS = "a label is a number before a statement: 10 TYPE"
-SIDES = frozenset(["X", "Y", "Z", "UP", "DOWN", "LEFT", "RIGHT", "FORWARD", "BACK"])  # as in MOVE Z 100
+# words with which users try to write a relative motion, as in MOVE Z 100
+SIDES = frozenset(["X", "Y", "Z", "UP", "DOWN", "LEFT", "RIGHT", "FORWARD", "BACK"])
 
-TIMED = frozenset(["AFTER", "DURING", "FOR", "TIME", "UNTIL", "WHEN"])  # as in DRIVE 1, 30 AFTER 2
+# words with which users try to write a time, as in DRIVE 1, 30 AFTER 2
+TIMED = frozenset(["AFTER", "DURING", "FOR", "TIME", "UNTIL", "WHEN"])
 
-# functions of other languages, with hints
+# names of functions in other languages, with the hint for each
 FOREIGN_FUNCTIONS: Mapping[str, str] = {
     **dict.fromkeys(
         ("STR", "STRING", "NUM2STR", "TOSTRING", "FORMAT", "STR$", "$STR"), "$ENCODE(5) is the text of a number"
@@ -88,7 +90,7 @@ FOREIGN_FUNCTIONS: Mapping[str, str] = {
     **dict.fromkeys(("OPEN", "FOPEN"), 'ATTACH (lun, 4) "DISK" and FOPENR (lun) "name" open a file to be read'),
 }
 
-# the VAL-II word, and the words of other languages for it
+# by word of VAL-II: words of other languages with the same meaning
 _SAME = {
     "TYPE": "PRINT PRINTF PRINTLN ECHO DISP DISPLAY TPWRITE TEXTMSG CONSOLE.LOG",
     "PROMPT": "INPUT RAW_INPUT",
@@ -121,7 +123,7 @@ _SAME = {
     "FCOPY": "CP",
     "FRENAME": "MV",
 }
-_MORE: Mapping[str, str] = {  # an additional hint, by the foreign word
+_MORE: Mapping[str, str] = {  # further text for the hint, by the word of the other language
     **dict.fromkeys(
         ("MOVEJ", "MOVJ", "MOVEABSJ", "PTP", "MOVEL", "MOVL", "LIN", "MOVELIN"),
         "a place is TRANS(x, y, z) in mm, or joints in degrees #PPOINT(j1, j2, ...); SPEED 50 before it sets the speed",
@@ -130,7 +132,7 @@ _MORE: Mapping[str, str] = {  # an additional hint, by the foreign word
 }
 _WORDS: Mapping[str, str] = {foreign: ours for ours, theirs in _SAME.items() for foreign in theirs.split()}
 
-# hints for words without a counterpart
+# hints for words of other languages that no single word of VAL-II can replace
 _ADVICE: Mapping[str, str] = {
     **dict.fromkeys(("CLEAR", "CLS"), "Ctrl-L clears the screen; ZERO deletes all programs and variables"),
     "NEW": "EDIT name begins a program; ZERO deletes all programs and variables",
@@ -167,36 +169,37 @@ _IN_PROGRAM: Mapping[str, str] = dict.fromkeys(("RESTART", "RERUN", "AGAIN"), "G
 
 
 def theirs() -> Iterable[str]:
-    """Return the words of other languages that have a counterpart here."""
+    """Return the words of other languages for which VAL-II has a word with the same meaning."""
     return _WORDS
 
 
 def own_word(foreign: str) -> str:
-    """Return the word of VAL-II for a word of another language, or ""."""
+    """Return the word of VAL-II with the same meaning as a word of another language, or ""."""
     word = foreign.upper()
-    return _WORDS.get(word, "") or _WORDS.get(word.rpartition(".")[2], "")  # the word without its module: time.sleep
+    return _WORDS.get(word, "") or _WORDS.get(word.rpartition(".")[2], "")  # time.sleep is found as SLEEP
 
 
 def own_function(foreign: str) -> str:
-    """Return a hint that shows how to write a function of another language in VAL-II, or "". Text before the last dot
-    of the name is ignored."""
+    """Return a hint how to replace a function of another language in VAL-II, or "". The module of the function (before
+    the last dot) is ignored."""
     return FOREIGN_FUNCTIONS.get(foreign.upper().rpartition(".")[2], "")
 
 
 def only_reads(function: WordRow) -> tuple[str, str]:
-    """Return the detail and the hint of the error for an assignment to a function: SIG(1) = TRUE, DX(p) = 5."""
+    """Return the detail and the hint for the error of assigning to a function, as in SIG(1) = TRUE or DX(p) = 5."""
     hint = _ONLY_READ.get(function.name, f"it stands where a value does: x = {function.form}")
     return f"{function.name} only reads a value", hint
 
 
 def form_of(row: WordRow) -> str:
-    """Return a hint with the form of a word, and with a remark if the word has further meanings in other languages."""
+    """Return a hint with the form of a word or function. If other languages use the word differently, the hint also
+    says how to write that in VAL-II."""
     meant = MEANT_ELSEWHERE.get(row.name)
     return f"the form is {row.form}" + (f"; {meant}" if meant else "")
 
 
 def way(foreign: str, *, at_prompt: bool) -> str:
-    """Return a hint that shows how to write a word of another language in VAL-II, or ""."""
+    """Return a hint how to replace a word of another language in VAL-II, or ""."""
     ours = own_word(foreign)
     row = (COMMANDS.get(ours) if at_prompt else None) or PROGRAM_WORDS.get(ours)
     if row is not None:
@@ -205,9 +208,9 @@ def way(foreign: str, *, at_prompt: bool) -> str:
     return (_IN_PROGRAM.get(foreign.upper(), "") if not at_prompt else "") or _ADVICE.get(foreign.upper(), "")
 
 
-# --- names without a value ---
+# --- variables without a value ---
 
-_NO_NAMES: Mapping[str, str] = {  # words of other languages that would be variable names here
+_NO_NAMES: Mapping[str, str] = {  # words of other languages that VAL-II takes as names of variables, with hints
     **dict.fromkeys(
         ("NONE", "NIL", "UNDEFINED"), "0 is nothing here, and FALSE; DEFINED(x) tells whether x has a value"
     ),
@@ -216,12 +219,12 @@ _NO_NAMES: Mapping[str, str] = {  # words of other languages that would be varia
 
 
 def first_hint(*rows: tuple[object, str]) -> str:
-    """Return the hint of the first row that applies, otherwise ""."""
+    """Return the first hint whose condition is true, or "". `rows`: pairs of a condition and a hint."""
     return next((hint for applies, hint in rows if applies), "")
 
 
 def meant_by(name: str) -> str:
-    """Return a hint at the probable meaning of names such as J1 and part.z; "" for other names."""
+    """Return a hint at what the user probably meant by a name such as J1 or part.z; "" for other names."""
     part = re.fullmatch(r"(?i)(\w[\w.]*)\.([xyz])", name)
     base, axis = ("", "") if part is None else (part[1], part[2].upper())
     return first_hint(
@@ -236,10 +239,11 @@ def meant_by(name: str) -> str:
 
 
 def giving(name: str, kind: Kind | None) -> str:
-    """Return a hint that shows how to assign a value to a variable, or what its name probably means."""
+    """Return a hint for a variable without a value: how to assign one, or what the user probably meant; "" if there is
+    no better hint than `value_given`. `name`: with an index for an array element."""
     base, bracket, _ = name.partition("[")
     meant = _NO_NAMES.get(base.upper()) or (own_function(base) if bracket else "")
-    # the name of a function without its arguments: TIMER for TIMER(1)
+    # the user may have written a function without its arguments: TIMER for TIMER(1)
     function = FUNCTIONS.get(base.upper())
     form = function.form if function is not None and function.arguments else ""
     word = name.upper()
@@ -257,10 +261,10 @@ def giving(name: str, kind: Kind | None) -> str:
 
 
 def value_given(name: str) -> str:
-    """Return a hint that shows how to assign a value to a number variable."""
+    """Return the hint that shows how to assign a value to a variable: `name = ... gives it a value`."""
     return f"{name} = ... gives it a value"
 
 
 def text_meant(name: str) -> str:
-    """Return the hint for TYPE with a name that has no value: quotes may have been forgotten."""
+    """Return the hint for TYPE with a variable that has no value: the user may have forgotten quotes around a text."""
     return f'{value_given(name)}; a text stands in double quotes: "{name}"'

@@ -1,11 +1,11 @@
-"""List the functions, constants, operators and linking words of the language, with one row for each; checks, HELP and
-completion use the rows.
+"""List the functions, constants, operators and linking words of VAL-II, with one row for each; the checks, HELP and
+completion read these rows.
 
-Functions take and return millimetres and degrees; internally they use metres and radians. `operations` evaluates each
-function under the same name. Sources: V+ Language Reference; val2 sections 2 and 5.
+Functions take and return numbers in millimetres and degrees. `run/operations.py` evaluates each function, under the
+same name. Sources: V+ Language Reference; val2 sections 2 and 5.
 
-There are two orders of operators: that of V+ and VAL-II's own (val2 section 2.2). They differ in NOT, AND, OR and XOR
-beside relations; see the comment at the top of grammar/val2.lark.
+Operator precedence differs between V+ and VAL-II (val2 section 2.2): V+ ranks NOT, AND, OR and XOR below the relations,
+VAL-II above them; see the comment at the top of grammar/val2.lark.
 """
 
 from __future__ import annotations
@@ -223,14 +223,14 @@ FUNCTIONS: Mapping[str, Function] = by_name((
     _refusal("NETWORK", "the network card of the controller", "IOSTAT tells how a connection is"),
     _refusal("PENDANT", "the keys of the pendant", "there is no pendant; PROMPT and GETC(4) read the terminal"),
 ))  # fmt: skip
-WITH_BY = frozenset({"SHIFT", "SCALE"})  # functions with BY, instead of a comma, after the first argument
+WITH_BY = frozenset({"SHIFT", "SCALE"})  # functions whose first argument is followed by BY instead of a comma
 
-BY_TIME = frozenset({"TIME", "$TIME", "TIMER", "RANDOM"})  # functions whose values change without an assignment
+BY_TIME = frozenset({"TIME", "$TIME", "TIMER", "RANDOM"})  # functions that may give a new value at every call
 
 
 class Operator(WordRow, frozen=True, eq=False, dict=True):
-    """The row of an operator. Its form begins with an operand, so `name` is given separately. `also`: another
-    spelling."""
+    """The row of an operator or a linking word. `name`: its name, given because the form begins with another word;
+    `also`: another spelling, such as =< for <=."""
 
     name: str = ""
     also: str = ""
@@ -307,8 +307,8 @@ LOGICAL = frozenset({"AND", "OR", "XOR", "NOT"})
 
 
 class Order(Struct, frozen=True):
-    """An order of operators, given by their ranks. A higher rank binds more tightly; operators of equal rank group from
-    the left."""
+    """The precedence of operators. `infix`, `prefix`: the rank of each operator between or before operands. A higher
+    rank binds more tightly; operators of equal rank group from the left."""
 
     infix: Mapping[str, int]
     prefix: Mapping[str, int]

@@ -1,4 +1,5 @@
-"""List the instructions of a program and the words of blocks and jumps, with one row for each (val2 section 4)."""
+"""List the instructions that programs may contain, and the words of blocks and jumps, with one row for each (val2
+section 4)."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ def _flag(name: str, summary: str) -> Word:
 
 
 def unavailable(name: str, where: str, summary: str, note: str) -> Word:
-    """Return the row of a word that is known but not available."""
+    """Return the row of a word of VAL or V+ that is refused. `note`: the hint in the message."""
     return Word(name, where, summary, name, note, state=State.REFUSED)
 
 
@@ -314,17 +315,18 @@ CONTROL: Mapping[str, Control] = by_name((
 
 PROGRAM_WORDS: Mapping[str, Word] = {**CONTROL, **INSTRUCTIONS}
 
-DECLARATIONS = frozenset({"AUTO", "LOCAL", "GLOBAL"})  # words that only declare the scope of variables
-# the relations in IF a EQ b THEN label
+DECLARATIONS = frozenset({"AUTO", "LOCAL", "GLOBAL"})  # instructions that declare variables and do nothing in a run
+# the relations in VAL's IF a EQ b THEN label, with the operators of VAL-II for them
 RELATIONS_OF_VAL = {"EQ": "==", "NE": "<>", "GT": ">", "GE": ">=", "LT": "<", "LE": "<="}
-LOOP_JUMPS = frozenset({"EXIT", "NEXT"})  # instructions that jump to the end or the next pass of a loop
+LOOP_JUMPS = frozenset({"EXIT", "NEXT"})  # instructions that leave a loop or begin its next pass
 
 CONNECTIVES = frozenset({"THEN", "TO", "STEP", "OF", "BY", "ALWAYS", "MMPS", "IPS"})
 OPERATOR_WORDS = frozenset({"NOT", "AND", "OR", "XOR", "MOD", "COM", "BAND", "BOR", "BXOR"})
 
-# Words that cannot be names of variables, and the reasons. Any other word is a keyword only in its position: an
-# instruction at the start of a line and not before = or [, a function before (, and STEP or AT after an expression.
-# Programs that ran on controllers have variables named status, stop, value, delay and dx (val2 sections 1 and 15).
+# Words that cannot be names of variables, with the reasons. Any other word is a keyword only in certain positions: an
+# instruction at the start of a line, but not before = or [; a function before (; STEP and AT after an expression.
+# Elsewhere it may be a name, because programs that ran on controllers have variables named status, stop, value, delay
+# and dx (val2 sections 1 and 15).
 RESERVED: Mapping[str, str] = {
     **dict.fromkeys(sorted(OPERATOR_WORDS), "an operator"),
     **dict.fromkeys(("TRUE", "FALSE", "ON", "OFF", "PI"), "a constant"),
@@ -336,5 +338,5 @@ RESERVED: Mapping[str, str] = {
 
 
 def why_reserved(word: str) -> tuple[str, str]:
-    """Return the reason why a word cannot be the name of a variable, and a hint."""
+    """Return the detail and the hint of the error for a variable whose name is a reserved word."""
     return f"{word} is a word of the language", f"{RESERVED[word]} is no name"

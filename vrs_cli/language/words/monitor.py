@@ -1,4 +1,4 @@
-"""List the monitor commands, which are typed at the `.` prompt, with one row for each (val2 section 3)."""
+"""List the monitor commands, which users type at the `.` prompt, with one row for each (val2 section 3)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from msgspec import Struct
 from vrs_cli.language.words.instructions import DEFINED, INSTRUCTIONS, PLACE, unavailable
 from vrs_cli.language.words.word import Role, Shape, Word, by_name
 
-_observer = partial(Word, role=Role.OBSERVER)  # commands that change nothing
+_observer = partial(Word, role=Role.OBSERVER)  # for commands that change nothing, which every user may use
 _designer = partial(Word, role=Role.DESIGNER)
 
 _MODULES = "programs that belong together go to a file of their own: STORE file = program, ..."
@@ -189,7 +189,8 @@ COMMANDS: Mapping[str, Word] = by_name((
 
 
 class Explained(Struct, frozen=True):
-    """A topic of EXPLAIN. The fields are its form after the word, a summary, and whether a location follows."""
+    """A topic of EXPLAIN. `form`: what to type after EXPLAIN; `summary`: what it explains; `of_location`: whether it
+    takes a location."""
 
     form: str
     summary: str
@@ -211,9 +212,9 @@ EXPLAINED_ALL = (
     *EXPLAINED.values(),
 )
 
-# Commands that are allowed while the robot program runs, besides those that change nothing (`Role.OBSERVER`): they set,
-# store, start or stop something, and move no arm themselves. All other words, including the other instructions, are
-# refused with the reason.
+# Words that are allowed at the prompt while the robot program runs, in addition to commands that change nothing
+# (`Role.OBSERVER`). They set, store, start or stop something, but do not move the arm themselves. All other commands
+# and instructions are refused with the reason.
 _BESIDE = """
     HERE POINT TEACH DELETEP DELETEL DPOINT DELETER DELETES COPY RENAME EDIT SEE
     LOAD LOADP LOADL STORE STOREP STOREL STORER STORES SAVE FDELETE FRENAME FCOPY COMMANDS
@@ -221,20 +222,21 @@ _BESIDE = """
     BPT WATCH SPEED SIGNAL RESET ENABLE DISABLE SWITCH PARAMETER CLOCK BRANCH EXIT QUIT SET TIMER CD LOG
 """
 BESIDE = frozenset(_BESIDE.split())
-# commands that move the robot or ask for its position: refused on a branch other than the program's
+# commands that move the robot or read its position; while a program runs, they are refused if the user is on another
+# branch (timeline) than the program
 _ON_BRANCH = "HERE TEACH EXECUTE PRIME SSTEP XSTEP NEXT PROCEED RETRY PCEXECUTE PCPROCEED PCRETRY"
 ON_BRANCH = frozenset(_ON_BRANCH.split())
 
 
-# --- words after a command ---
+# --- keywords as arguments of commands ---
 
-MEASURED = "MEASURED"  # argument of WHERE and COMPARE: show the measured robot
+MEASURED = "MEASURED"  # argument of WHERE and COMPARE: show the measured positions, not the planned ones
 CLOCK_WORDS: Mapping[str, str] = {
     "PAUSE": "time stands, and with it the arm",
     "GO": "time goes on",
     "RATE": "RATE = r: so many seconds of the robot in one second",
 }
-STOP = "STOP"  # argument of RESYNC: drop the scheduled motions
+STOP = "STOP"  # argument of RESYNC: stay at the measured position and drop the planned motions
 BODY_WORDS: Mapping[str, str] = {
     "RELEASE": "the client that is the body is it no longer",
     "OFF": "nobody looks whether it is where the timeline says",
@@ -252,8 +254,9 @@ AXIS_WORDS: Mapping[str, str] = {
 
 
 class Quantity(Struct, frozen=True):
-    """A quantity of PLOT. `joints`: the name of the quantity if it has a curve for each joint; `curves`: the names of
-    the tool's curves."""
+    """A quantity that PLOT can draw. `title`: the title of the plot; `joints`: for a quantity with one curve per joint,
+    the field of `position.positions_at` that has its values, otherwise ""; `curves`: the names of the other curves
+    (tool and hand)."""
 
     title: str
     unit: str

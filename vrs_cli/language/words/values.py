@@ -1,4 +1,4 @@
-"""Define the values of programs at run time, convert them between mm and degrees and SI, and show them as text.
+"""Define the values of programs at run time, convert them between mm and degrees and SI units, and print them.
 
 real            float                 TRUE is -1, FALSE 0; an integer is a real without a fraction
 string          str                   at most STRING_LENGTH characters when it is stored
@@ -18,37 +18,38 @@ from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, from_oat, orthonormal_frame, to_oat
 from vrs_cli.values.numbers import LIMIT, Value
 
-NAME_LENGTH = 15  # number of significant characters of a name (V+ User's Guide p.99)
+NAME_LENGTH = 15  # names are equal if this many first characters are equal (V+ User's Guide p.99)
 
 
 class Kind(Enum):
-    """The type of a value."""
+    """The type of a value in VAL-II."""
 
     REAL = "real"
     STRING = "string"
     LOCATION = "transformation"
     PRECISION = "precision point"
 
-    __hash__ = object.__hash__  # the hash of Enum is slow, and every variable is looked up by its kind
+    __hash__ = object.__hash__  # faster than the hash of Enum; kinds are the keys of many look-ups
 
 
 SIGIL_KINDS: Mapping[str, Kind] = {"#": Kind.PRECISION, "$": Kind.STRING}
 
 
 def kind_of_name(name: str) -> Kind:
-    """Return the kind of a name according to its first character; REAL for a bare name, which can also be a
-    transformation."""
+    """Return the kind of a variable according to the first character of its name. For a bare name this is REAL,
+    although it can also be a transformation."""
     return SIGIL_KINDS.get(name[:1], Kind.REAL)
 
 
 def kinds_of_name(name: str) -> tuple[Kind, ...]:
-    """Return the kinds that a variable of this name can have."""
+    """Return the kinds that a variable with this name can have: two for a bare name, otherwise one."""
     shown = SIGIL_KINDS.get(name[:1])
     return (Kind.REAL, Kind.LOCATION) if shown is None else (shown,)
 
 
 def key_of(name: str) -> str:
-    """Return the key of a name as typed, including its sigil (`ast.Variable.key`)."""
+    """Return the key under which a variable or program is stored (as `ast.Variable.key`). `name`: the name as typed,
+    including its sigil."""
     sigil = name[:1] if name[:1] in SIGIL_KINDS else ""
     return sigil + name[len(sigil) :].lower()[:NAME_LENGTH]
 
@@ -75,13 +76,13 @@ def kind_of_value(value: Value) -> Kind:
 
 
 def whole(value: float) -> int:
-    """Return the nearest integer; halves are rounded away from zero. A real is rounded this way wherever an integer is
-    needed."""
+    """Return the nearest integer; halves are rounded away from zero. VAL-II rounds like this wherever it needs an
+    integer."""
     return int(value + 0.5) if value >= 0.0 else int(value - 0.5)
 
 
 def integer(value: float) -> int:
-    """Return the nearest integer, which must fit 24 bits and a sign. Raises IllegalValue outside that range."""
+    """Return the nearest integer. Raises IllegalValue if it does not fit in 24 bits and a sign."""
     if not INTEGER_LOW - 0.5 < value < INTEGER_HIGH + 0.5:
         raise IllegalValue(
             plain(value),
@@ -94,27 +95,27 @@ def integer(value: float) -> int:
 
 
 def integer_between(value: float, low: int, high: int, what: str) -> int:
-    """Return the nearest integer, which must be from `low` to `high`. Raises IllegalValue; `what` names the quantity in
-    its message."""
+    """Return the nearest integer. Raises IllegalValue if it is not from `low` to `high`. `what`: the name of the
+    quantity in the message."""
     if not low - 0.5 < value < high + 0.5:
         raise IllegalValue(f"{what} {plain(value)}", f"{low} to {high}", value=value, lower=low, upper=high)
     return whole(value)
 
 
 def wrap(bits: int) -> float:
-    """Return an integer reduced to 24 bits and a sign, as the bitwise operators give it."""
+    """Return an integer reduced to 24 bits and a sign, which is the range of results of the bitwise operators."""
     return float((bits - INTEGER_LOW) % (INTEGER_HIGH - INTEGER_LOW + 1) + INTEGER_LOW)
 
 
 def within_range(value: float) -> float:
-    """Return a value unchanged. Raises ArithmeticOverflow if a real cannot hold it, and for infinity and NaN."""
+    """Check a real and return it. Raises ArithmeticOverflow if it is too large for a real, infinite or NaN."""
     if not -LIMIT <= value <= LIMIT:
         raise ArithmeticOverflow(f"the result {value:.{SIGNIFICANT}G}", f"reals reach {LIMIT:.2G}")
     return value
 
 
 def storable(text: str) -> str:
-    """Return a string unchanged. Raises StringOverflow if it is too long to store."""
+    """Check a string and return it. Raises StringOverflow if it is too long to store."""
     if len(text) > STRING_LENGTH:
         raise StringOverflow(f"a string of {len(text)} characters", f"at most {STRING_LENGTH} can be stored")
     return text
@@ -124,8 +125,8 @@ _BASES = {"b": 2, "h": 16, "": 8}
 
 
 def leading_number(text: str) -> tuple[float, int] | None:
-    """Return the number at the start of a text and its length, or None. The number may have any form that programs
-    allow."""
+    """Return the number at the start of a text, and how many characters it has; None if there is none. It may be
+    decimal, octal (^17), binary (^B101) or hexadecimal (^HFF)."""
     if based := re.match(r"(?i)\^(?P<base>[bh]?)(?P<digits>[0-9a-f]+)", text):
         digits = based["digits"]
         try:
@@ -139,7 +140,7 @@ def leading_number(text: str) -> tuple[float, int] | None:
 
 
 def read_number(text: str) -> float | None:
-    """Return the number in a text that has nothing else but blanks, otherwise None."""
+    """Return the number that a text consists of, apart from blanks around it; None for any other text."""
     stripped = text.strip()
     found = leading_number(stripped)
     return found[0] if found is not None and found[1] == len(stripped) else None
@@ -147,7 +148,7 @@ def read_number(text: str) -> float | None:
 
 # --- millimetres and degrees ---------------------------------------------------------------------------------------
 
-# number of decimals of mm and degrees: small enough to hide rounding errors, but far finer than any arm's accuracy
+# round mm and degrees to this number of decimals: enough to hide rounding errors, but far finer than any arm's accuracy
 EDGE_DIGITS = 9
 
 
@@ -160,8 +161,8 @@ def in_degrees(angle: float) -> float:
 
 
 def transformation(numbers: Iterable[float]) -> Transform:
-    """Make a transformation from X, Y, Z [mm] and O, A, T [degrees], or from the 12 numbers of `from_axes`. Raises
-    IllegalValue if the axes differ from a rotation by more than rounding errors."""
+    """Return the transformation given by X, Y, Z [mm] and O, A, T [degrees], or by the 12 numbers of `from_axes`.
+    Raises IllegalValue if the axes differ from a rotation by more than rounding errors."""
     given = tuple(numbers)
     if len(given) == len(Transform._fields):
         off = rounding(given)
@@ -175,25 +176,27 @@ def transformation(numbers: Iterable[float]) -> Transform:
     return from_oat(x / 1000.0, y / 1000.0, z / 1000.0, radians(o), radians(a), radians(t))
 
 
-MAX_ROUNDING = 0.005  # maximum rounding error of a number of an axis, which has at least three decimals
+MAX_ROUNDING = 0.005  # maximum error of an axis component that is taken as rounding (files have 3 decimals or more)
 
 
 def from_axes(numbers: Iterable[float]) -> Transform:
-    """Make a transformation from the axes n, s, a and the position [mm], three numbers each, as in files of controllers
-    and in the strings of $TRANSB (V+ Language Reference)."""
+    """Return the transformation given by the axes n, s, a and the position [mm], three numbers each. Files of
+    controllers and the strings of $TRANSB have this order (V+ Language Reference)."""
     nx, ny, nz, sx, sy, sz, ax, ay, az, *mm = numbers
     px, py, pz = (number / 1000.0 for number in mm)
     return Transform(nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz)
 
 
 def rounding(numbers: Iterable[float]) -> float:
-    """Return the largest difference between the axes in 12 numbers and the orthonormal axes made from them."""
+    """Return the largest difference between the axis components in 12 numbers (see `from_axes`) and those of the
+    nearest orthonormal frame."""
     given = from_axes(numbers)
     return max(abs(x - y) for x, y in zip(given, orthonormal_frame(given), strict=True))
 
 
 def numbers_of(value: Transform | Joints, units: JointUnits = TURNING) -> tuple[float, ...]:
-    """Return X, Y, Z [mm], O, A, T [degrees] of a transformation, or the joints [degrees, mm] of a precision point."""
+    """Return the numbers of a location: X, Y, Z [mm], O, A, T [degrees] of a transformation, or the joint positions
+    [degrees, mm] of a precision point."""
     if isinstance(value, Transform):
         return (*map(millimetres, (value.px, value.py, value.pz)), *map(in_degrees, to_oat(value)))
     return tuple([round(number, EDGE_DIGITS) + 0.0 for number in units.to_display(value)])
@@ -201,29 +204,29 @@ def numbers_of(value: Transform | Joints, units: JointUnits = TURNING) -> tuple[
 
 # --- text --------------------------------------------------------------------------------------------------------
 
-SIGNIFICANT = 7  # number of significant digits in the default form
-EXACT = 1e8  # integers below this limit are shown in full, so that 24 bits never lose a digit
+SIGNIFICANT = 7  # number of significant digits in the default number format
+EXACT = 1e8  # print integers below this limit with all digits, so that integers of 24 bits never lose one
 
 
 def plain(value: float) -> str:
-    """Return a number as text with 7 significant digits, without zeros at the end and without a blank for the sign."""
+    """Return a number as text with up to 7 significant digits (a smaller integer in full), without trailing zeros."""
     if abs(value) < EXACT and value == int(value):
         return str(int(value))
     return f"{value:.{SIGNIFICANT}G}"
 
 
 def default_form(value: float) -> str:
-    """Return a number in the form of the format `/D`: a blank or a minus sign, then the number."""
+    """Return a number in the default format `/D`: a blank or a minus sign, then the digits."""
     text = plain(value)
     return text if text.startswith("-") else f" {text}"
 
 
-# --- angles of functions -------------------------------------------------------------------------------------------
+# --- angles of trigonometric functions -----------------------------------------------------------------------------
 
 
 def quadrant(angle: float) -> tuple[int, float]:
-    """Split an angle [degrees] into a number of right angles (0 to 3) and the exact remainder, from -45 to 45 degrees
-    but returned in radians."""
+    """Split an angle [degrees] into a number of right angles (0 to 3) and a remainder between -45 and 45 degrees, which
+    is returned in radians. The result is exact at multiples of a right angle."""
     turned = fmod(angle, 360.0)
     right_angles = whole(turned / 90.0)
     return right_angles % 4, radians(turned - 90.0 * right_angles)

@@ -1,7 +1,8 @@
-"""Define the rows of the language's tables: the printed form of a word, and facts that the form does not show.
+"""Define the rows of the word tables. A row has the printed form of a word (`MOVE location [AT t | IN dt]`), and facts
+that the form does not show.
 
-The operands of a word are read from its form on first use, so that parser, checker, help, completion and colours share
-one source.
+The operands of a word are read from its form on first use, so that parser, checker, help, completion and colours all
+depend on one source.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from msgspec import Struct, structs
 
 
 class Shape(Enum):
-    """The kind of syntax of an argument: a number, a location, a program name and so on."""
+    """What an argument must be: a number, a location, a program name and so on. The values explain each member."""
 
     REAL = "real"
     STRING = "string"
@@ -46,12 +47,12 @@ class Shape(Enum):
     TASK = "task number, before the others and without a comma"
 
 
-COMMAS = frozenset({"BY", "="})  # leading words that replace a comma
+COMMAS = frozenset({"BY", "="})  # words before an operand that stand in place of a comma
 RAW_SHAPES = frozenset({Shape.FILE, Shape.WORD})  # operands read as typed, up to a blank, a comma or an equals sign
-GROUPED = frozenset({Shape.GROUP, Shape.UNIT})  # operands in one pair of parentheses before the other operands
+GROUPED = frozenset({Shape.GROUP, Shape.UNIT})  # operands that stand in parentheses before the others
 
-# The shape of an operand in the printed form, by its name. If the row gives no shape either, a name in parentheses is a
-# GROUP, one that begins with $ a STRING, and any other name a REAL.
+# The shape of an operand, by its name in the printed form; a row may override it by its `shapes`. A name that is in
+# neither is a GROUP if it stands in parentheses, a STRING if it begins with $, otherwise a REAL.
 SHAPES: Mapping[str, Shape] = {
     "location": Shape.LOCATION,
     "variable": Shape.VARIABLE,
@@ -81,13 +82,13 @@ SHAPES: Mapping[str, Shape] = {
     "instruction": Shape.INSTRUCTION,
 }
 
-# The words of each modifier, with their meanings, and their notation in a form.
+# The words of each modifier with their meanings, by the name of the modifier.
 MODIFIERS: Mapping[str, Mapping[str, str]] = {
     "AT": {"AT": "at a time on the timeline, in seconds", "IN": "so many seconds from now"},
     "ALWAYS": {"ALWAYS": "not for the next motion only"},
     "UNIT": {"MMPS": "mm a second", "IPS": "inches a second", "MONITOR": "percent, the monitor speed"},
 }
-SORT_WORDS: Mapping[str, str] = {  # words between the keyword of a declaration and its variables
+SORT_WORDS: Mapping[str, str] = {  # words after AUTO, LOCAL or GLOBAL that give the kind of the variables
     "REAL": "reals",
     "DOUBLE": "reals, as all are in double precision",
     "LOC": "transformations",
@@ -100,7 +101,7 @@ MODIFIER_FORMS: Mapping[str, str] = {
 
 
 class Route(Enum):
-    """The four types of command that the analyzer distinguishes."""
+    """The type of an instruction or command: what it mainly affects. The analyzer distinguishes these four."""
 
     MOTION = "motion"
     POSITION = "position"
@@ -109,8 +110,8 @@ class Route(Enum):
 
 
 class Role(Flag):
-    """The rights of a user of a robot: to observe it, to move it, or to do both and change its programs and
-    settings."""
+    """The rights of a robot's user: to observe the robot; to move it (a designer of motions); or everything, including
+    its programs and settings (a supervisor)."""
 
     OBSERVER = 1
     DESIGNER = 2
@@ -118,7 +119,7 @@ class Role(Flag):
 
     @property
     def title(self) -> str:
-        """Return the name of the highest role. A designer may also observe, but is called a designer."""
+        """Return the name of the highest role in lower case. A designer who may also observe is called a designer."""
         most = Role.SUPERVISOR if Role.SUPERVISOR in self else self & Role.DESIGNER or self
         return str(most.name).lower()
 
@@ -128,16 +129,18 @@ class Role(Flag):
 
 
 class State(Enum):
-    """Whether a word is carried out. A REFUSED word is known, but using it gives an error with the reason."""
+    """Whether a word is available. Using a REFUSED word is an error, whose message says what to write instead."""
 
     SUPPORTED = "supported"
     REFUSED = "not available"
 
 
 class Argument(Struct, frozen=True):
-    """An operand in the form of a word. `lead`: the word before the operand (`STEP dt`), which replaces the comma.
+    """An operand of a word, read from its printed form. `name`: its name in the form; `shape`: what it must be;
+    `optional`, `repeated`: whether it may be omitted, or given several times; `lead`: the word before it in place of a
+    comma (`STEP dt`), or "".
 
-    The leads BY and = only replace the first comma, so that more arguments may follow them.
+    After the leads BY and =, further arguments may follow with commas.
     """
 
     name: str
@@ -155,7 +158,8 @@ _PIECE = re.compile(
 
 
 class PrintedForm(Struct, frozen=True):
-    """The operands in a printed form, the value after `=`, and the modifiers."""
+    """The contents of a printed form. `arguments`: the operands; `value`: the operand after `=`, or None; `modifiers`:
+    the names of the modifiers."""
 
     arguments: tuple[Argument, ...]
     value: Argument | None
@@ -163,9 +167,10 @@ class PrintedForm(Struct, frozen=True):
 
 
 def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
-    """Read a form without its word. `shapes`: the shapes of the first operands, if their names do not determine them.
+    """Read the operands in a printed form, given without its word. `shapes`: the shapes of the first operands, if their
+    names do not determine them.
 
-    A single operand after `=` is a value. If several operands follow, the sign replaces the first comma.
+    A single operand after `=` is the `value`. If several operands follow, `=` stands in place of a comma.
     """
     modifiers = frozenset(sort for sort, shown in MODIFIER_FORMS.items() if shown in text)
     for sort in modifiers:
@@ -192,7 +197,7 @@ def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
     value = operands.pop() if before == len(operands) - 1 else None
     if before is not None and value is None:
         operands[before] = structs.replace(operands[before], lead="=")
-    if operands and operands[0].shape is Shape.TASK:  # the number of a task becomes the last argument
+    if operands and operands[0].shape is Shape.TASK:  # store the task number as the last argument
         operands.append(operands.pop(0))
     return PrintedForm(tuple(operands), value, modifiers)
 
@@ -201,10 +206,10 @@ def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
 
 
 class WordRow(Struct, frozen=True, eq=False, dict=True):
-    """A word: its printed form, its origin (1 VAL, 2 VAL-II, + V+, blank for our own words), a summary, and an example.
-
-    `note`: a remark; for a refused word, what to write instead. `shapes`: the shapes of the first operands, if their
-    names do not determine them (`SHAPES`).
+    """The row of a word in the tables. `form`: its printed form; `where`: the dialects that have it (1 VAL, 2 VAL-II,
+    + V+, blank for words that only vrs has); `summary`, `example`: texts for users; `note`: a remark, or for a refused
+    word what to write instead; `shapes`: the shapes of the first operands, if their names do not determine them
+    (`SHAPES`).
     """
 
     form: str
@@ -229,8 +234,8 @@ class WordRow(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def value(self) -> Argument | None:
-        """Return the operand after `=`. If it repeats (`STORE file = program, ...`), the values are stored as the last
-        arguments."""
+        """Return the operand after `=`, or None. If it repeats (`STORE file = program, ...`), the values are stored
+        as the last arguments."""
         return self._read.value
 
     @property
@@ -240,10 +245,10 @@ class WordRow(Struct, frozen=True, eq=False, dict=True):
 
 
 class Word(WordRow, frozen=True, eq=False, dict=True):
-    """An instruction or a monitor command. `breaks`: the robot comes to rest before it. `role`: the role that may use
-    it.
+    """The row of an instruction or a monitor command. `route`: its type; `breaks`: whether the program waits until the
+    robot is at rest before it; `role`: the role that a user needs for it.
 
-    `drastic`: whether the word immediately (perhaps after a question) deletes, stops, steps or undoes something.
+    `drastic`: whether the word deletes, stops, steps or undoes something, so that it needs a longer abbreviation.
     """
 
     route: Route = Route.PROGRAM
@@ -269,17 +274,17 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
 
     @cached_property
     def before_comma(self) -> int:
-        """Return the number of arguments before the sign that replaces the first comma."""
+        """Return the number of arguments before the BY or = that stands in place of a comma; 0 if there is none."""
         return next((place for place, argument in enumerate(self.arguments) if argument.lead in COMMAS), 0)
 
     @cached_property
     def comma(self) -> str:
-        """Return BY or = if it replaces the first comma, otherwise ""."""
+        """Return the BY or = that stands in place of a comma, or ""."""
         return next((argument.lead for argument in self.arguments if argument.lead in COMMAS), "")
 
     @property
     def raw(self) -> bool:
-        """Return whether the first argument is read as typed."""
+        """Return whether the first argument is read as typed, not as an expression."""
         return bool(self.arguments) and self.arguments[0].shape in RAW_SHAPES
 
     @cached_property
@@ -290,18 +295,19 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
 
     @cached_property
     def group_size(self) -> int:
-        """Return the number of arguments in parentheses before the others."""
+        """Return the number of arguments that stand in parentheses before the others."""
         return sum(argument.shape in GROUPED for argument in self.arguments)
 
     @cached_property
     def takes_task(self) -> bool:
-        """Return whether the number of a task may be written before the arguments. It is then stored as the last
+        """Return whether a task number may be written before the arguments (EXECUTE 2 pick). It is stored as the last
         argument."""
         return bool(self.arguments) and self.arguments[-1].shape is Shape.TASK
 
 
 class Control(Word, frozen=True, eq=False, dict=True):
-    """A word of blocks and jumps. The grammar defines the words and values after its first operands."""
+    """The row of a word of blocks and jumps, such as FOR. Only the first operand is read from the form; the grammar
+    defines the words and values after it."""
 
     @cached_property
     def _read(self) -> PrintedForm:
@@ -309,7 +315,7 @@ class Control(Word, frozen=True, eq=False, dict=True):
 
     @property
     def links(self) -> tuple[str, ...]:
-        """Return the linking words after its operands, such as THEN and GOTO for IF."""
+        """Return the linking words in the form, such as THEN and GOTO for IF."""
         return tuple(re.findall(r"[A-Z]+", self.form[len(self.name) :]))
 
 
@@ -321,21 +327,21 @@ def by_name(words: Iterable[AnyRow]) -> Mapping[str, AnyRow]:
 
 
 def usable_names(*tables: Mapping[str, WordRow]) -> Iterable[str]:
-    """Return the names of the words that are available, so that a hint may propose them."""
+    """Return the names of the words that are available; hints propose only these."""
     return (name for table in tables for name, row in table.items() if row.state is State.SUPPORTED)
 
 
-# Minimum number of letters of an abbreviated word. One letter is usually a variable: `a` must not mean ABORT. Names
-# with two letters are also common (dx, ab), so a drastic word needs three.
+# Minimum number of letters in an abbreviated word: two, because a single letter is usually a variable (`a` must not
+# mean ABORT); for a drastic word three, because variables with two letters are also common (dx, ab).
 MIN_LETTERS, MIN_LETTERS_IF_DRASTIC = 2, 3
 
 
 def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
-    """Return the rows that a typed word can mean: one, or several if it is ambiguous.
+    """Return the rows that a typed word can mean: one, or several if it is ambiguous; () if none.
 
-    Earlier tables have precedence, and a complete name has precedence over an abbreviation. A word of VAL or VAL-II may
-    be abbreviated if no other word of VAL or VAL-II begins with the same letters; any other word only if no other word
-    at all does. A word that is not available is returned only if no other word fits.
+    A complete name has precedence over an abbreviation, and earlier tables over later ones. An abbreviation means a
+    word of VAL or VAL-II if it fits only one of these, even if it also fits words of V+ or vrs. A refused word is
+    returned only if no other word fits.
     """
     name = typed.upper()
     for table in tables:
@@ -353,8 +359,8 @@ def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
 
 
 def _cut_short(name: str, words: Iterable[Word]) -> tuple[Word, ...]:
-    """Return the words that start with `name`. If one of them is a prefix of all others, return that one alone (MOV:
-    MOVE, not MOVES), unless it is a destructive command."""
+    """Return the words that begin with `name`. Return only one if it is the only one of VAL and VAL-II, or if all
+    others begin with it (for MOV: MOVE, not MOVES) and it is not drastic."""
     found = tuple(word for word in words if word.name.startswith(name))
     old = tuple(word for word in found if "1" in word.where or "2" in word.where)
     if len(old) == 1:
@@ -366,7 +372,8 @@ def _cut_short(name: str, words: Iterable[Word]) -> tuple[Word, ...]:
 
 
 def argument_at(row: WordRow, place: int) -> Argument | None:
-    """Return the argument at an index. Indexes beyond the last argument belong to an argument or value that repeats."""
+    """Return the argument of a word at an index, or None. For an index beyond the last argument, return the argument or
+    value that repeats."""
     if place < len(row.arguments):
         return row.arguments[place]
     if row.repeats:
