@@ -63,7 +63,7 @@ class Work:
 
 Said = Reply | Question | Slice | Work
 Dialogue = Generator[Said, Answer, R]
-"""Yields replies and questions: each Question is sent its answer, everything else None."""
+"""A generator that yields replies and questions. It receives the answer to each Question, and None after all else."""
 
 
 def quietly(act: Callable[[], W]) -> Dialogue[W]:
@@ -81,7 +81,8 @@ def beside(work: Callable[[], W]) -> Dialogue[W]:
         try:
             raise it.error
         finally:
-            it.error = None  # the error's traceback refers to this frame: break the reference cycle
+            # the traceback of the error refers to this frame: break the reference cycle, so that memory is freed
+            it.error = None
     return cast(W, it.done)
 
 
@@ -92,7 +93,7 @@ def beside_if(long: bool, work: Callable[[], W]) -> Dialogue[W]:
 
 
 def within(context: Callable[[], AbstractContextManager[object]], dialogue: Dialogue[W]) -> Dialogue[W]:
-    """Run each part of a dialogue within a context manager."""
+    """Run a dialogue so that each part between two yields is inside a context manager of its own."""
     reaction: Answer | BaseException = None
     while True:
         with context():
@@ -141,7 +142,7 @@ class Terminal(Protocol):
         """Show text that a program prints with TYPE. `newline`: whether the line ends after the text."""
 
     def ask(self, question: Question) -> Answer:
-        """Ask a question, and return the answer; None if nobody answers. Raises VrsError at the end of the input,
+        """Ask a question. Return the answer; None if nobody answers. Raises VrsError at the end of the input,
         KeyboardInterrupt for Ctrl-C."""
 
     def progress(self, doing: Running | Reading) -> None:
@@ -149,7 +150,8 @@ class Terminal(Protocol):
 
 
 class Notes:
-    """A terminal that collects replies instead of showing them."""
+    """A terminal for programs in Python: it collects replies instead of showing them, and gets answers from a
+    function."""
 
     attended = False
 
@@ -193,16 +195,16 @@ Answers = Callable[[Question], str | None]  # returns the typed answer to a ques
 
 
 def no_answer(_question: Question) -> None:
-    """Return None, because nobody is there to answer."""
+    """Return None for every question, because nobody is present to answer."""
 
 
 T = TypeVar("T")
 
 Reaction = Answer | BaseException
-"""A user's reaction to a reply or question: the answer, or the error in showing or asking it."""
+"""What comes back from the user for a reply or question: the answer, or the error that occurred in showing it."""
 
 Outlet = Callable[["Ticket[Any]", "Reply | Question | None"], None]
-"""Called in the robot's thread with each reply and question of a request, and with None at its end."""
+"""A function that the robot's thread calls with each reply and question of a request, and with None at its end."""
 
 
 class Ticket(Generic[T]):
@@ -251,14 +253,14 @@ class Ticket(Generic[T]):
         return self._ended
 
     def error(self, timeout: float | None = None) -> BaseException | None:
-        """Wait until the request ends, and return its error or None. Raises TimeoutError after `timeout` [s]."""
+        """Wait until the request has ended. Return its error, or None. Raises TimeoutError after `timeout` [s]."""
         if not self._bell.acquire(timeout=-1 if timeout is None else timeout):
             raise TimeoutError("the request has not ended")
         self._bell.release()
         return self._error
 
     def result(self, timeout: float | None = None) -> T:
-        """Wait until the request ends, and return its result. Raises the error of the request, and TimeoutError after
+        """Wait until the request has ended. Return its result. Raises the error of the request, and TimeoutError after
         `timeout` [s]."""
         if (error := self.error(timeout)) is not None:
             raise error
@@ -326,7 +328,7 @@ class Waiting:
 def internal_error(error: BaseException, *, afar: bool = False) -> Message:
     """Write the traceback of an unexpected exception to a file, and return a message about it; the shell continues
     afterwards. `afar`: the user is remote, so the message gives only the name of that file, without its folder."""
-    import tempfile  # imported here because these load many modules that few processes need
+    import tempfile  # imported only here, because these load many modules that few processes need
     import traceback
 
     report = "".join(traceback.format_exception(error))

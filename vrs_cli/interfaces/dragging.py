@@ -96,7 +96,7 @@ class Search:
     def __init__(self, model: RobotModel, within: Range) -> None:
         self._range, self._speeds = within, model.max_velocity
         self._anywhere = some_joints(model)
-        self._starts: list[Joints] = []  # start points of the search, the nearest last
+        self._starts: list[Joints] = []  # start points of the search that are still to be tried, the nearest last
         self._at: Joints | None = None
 
     def go_on(self, aim: Aim, now: Joints) -> Joints | None:
@@ -131,7 +131,7 @@ class Pursuit:
         self._search = Search(arm.model, self.range)
         self._finds_all = not self._closed and len(arm.ways) > 1
         if self._finds_all:
-            # the first call is slow: make it now, before targets arrive
+            # the first call for an arm is slow: make it now, before targets arrive
             arm.inverse_branch(arm.forward(q), self.kept, q)
         self._stalled = 0  # number of successive targets without progress
 
@@ -333,6 +333,7 @@ class Dragging:
         if now < engine.end or largest_change(coming[0], pursuit.goal) > REST_TOLERANCE:
             try:
                 chase(engine, DRAGGING, Target(pursuit.goal, velocity, *pursuit.range), tick, issued=issued)
-            except CollisionAhead as error:  # the arm continues its previous motion, which ends without a contact
+            # drop the target: the arm continues its previous motion, which ends without a contact
+            except CollisionAhead as error:
                 return Shortfall(held.away, held.turned, (Hold(Limit.CONTACT, which=error.detail),))
         return held

@@ -89,7 +89,7 @@ class _Robot:
         self.engine.perform(request)
 
     def __getattr__(self, name: str) -> Any:
-        """Return an attribute of the engine."""
+        """Return an attribute of the engine, which is made if necessary."""
         return getattr(self.engine, name)
 
 
@@ -287,7 +287,7 @@ class _Way(Struct, frozen=True):
 
     @property
     def key(self) -> str:
-        """The key of the target variable; "" if the motion gives the target in numbers."""
+        """The key of the variable that is the target; "" if numbers give the target."""
         return self.target.key if isinstance(self.target, ast.Variable) else ""
 
 

@@ -22,7 +22,7 @@ from vrs_cli.values.commands import Break, JointTarget, Move, SetParameter
 
 LOOK_STEP_S = 0.01  # [s] time between two samples of the recorded path
 STANDS = 1e-6  # [rad, m] a joint counts as at rest if it moves by less than this
-DECIMALS = 4  # number of decimals of joint values in a program [deg, mm]
+DECIMALS = 4  # the program gives joint values [deg, mm] with this many decimals
 ATTEMPTS = 6
 FIRST_SHARE = 0.7  # fraction of the tolerance used for choosing points; rounding uses the rest
 FINER_SHARE = 0.6  # each new attempt reduces that tolerance and the rounding by this factor
@@ -42,7 +42,7 @@ class Tolerance(NamedTuple):
 
 
 RECORDED = Tolerance(0.002, radians(1.0))  # tolerance for programs made from a path along which a user dragged the tool
-Way = tuple[Joints, ...]  # joints along a path, in order of time
+Way = tuple[Joints, ...]  # joints at successive points of a path
 
 
 def way_of(arm: RobotArm, timeline: Timeline, begin: float, end: float, tolerance: Tolerance) -> Way:

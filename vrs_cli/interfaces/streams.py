@@ -38,7 +38,7 @@ DRAG_TICK = 0.02  # [s] time between two targets for a dragged tool; also assume
 
 
 def velocity_between(a: Joints, b: Joints, seconds: float) -> Joints:
-    """Return the constant velocity of joints that move from a to b in a given time [rad/s, m/s]."""
+    """Return the constant velocity [rad/s, m/s] at which joints move from a to b in the given time [s]."""
     return tuple([(y - x) / seconds for x, y in zip(a, b, strict=True)])
 
 
@@ -121,7 +121,8 @@ class Steering:
         self._wait = max(now - self._came, WAIT_DECAY * self._wait) if now > stamp else 0.0
         last, self._last, self._came = self._last, (stamp, goal), now
         since = stamp - last[0] if last is not None else 0.0
-        if last is None or not 0.0 < since <= STEERING.longest:  # the velocity of the target is unknown
+        # the velocity of the target is unknown: move to it as to a fixed target
+        if last is None or not 0.0 < since <= STEERING.longest:
             engine.redirect(goal, speed=self.speed, text=STEERING.text)
             return
         tick = STEERING.tick(since)

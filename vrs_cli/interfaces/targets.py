@@ -202,7 +202,8 @@ class TargetControl(NamedTuple):
             self._follow_pose(stream)
 
     def _begin_drag(self, stream: TargetStream) -> dialogue.Dialogue[None]:
-        from vrs_cli.interfaces.dragging import Dragging  # imported here because the import is slow
+        # imported only here, because this import is slow and many robots are never dragged
+        from vrs_cli.interfaces.dragging import Dragging
 
         yield from ()
         session = self.session

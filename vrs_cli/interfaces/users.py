@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from vrs_cli.values.acts import Go
 
 CHANGE = "a change of a variable"
-STOPPING = ("ABORT",)  # words of commands that overtake all other requests
+STOPPING = ("ABORT",)  # commands that are carried out before all waiting requests
 
 
 def check_may(said: str, wanted: Role, role: Role) -> None:
@@ -96,7 +96,7 @@ def _inner(statement: Statement) -> Statement:
     return statement.statement or statement if isinstance(statement, DoInstruction) else statement
 
 
-USUAL_LENGTH = 10.0  # [s] duration of a lease after a heartbeat
+USUAL_LENGTH = 10.0  # [s] by default the lease is secure for this time after a heartbeat
 
 
 class Granted(results.TaggedValue, frozen=True):
@@ -152,7 +152,7 @@ class RobotLease(Struct, frozen=True):
         return not self.holder or now > self.until
 
     def check(self, who: str) -> None:
-        """Check that a user drives. Raises LeaseHeld if not."""
+        """Check that a user drives. Raises LeaseHeld."""
         if not self.drives(who):
             raise LeaseHeld(
                 self._holder_text(), "ask for the lease; in the shell: /ask", in_python='lease("ask") asks for it'
@@ -192,7 +192,8 @@ class RobotLease(Struct, frozen=True):
         return structs.replace(self, until=max(now + self.length, self.until))
 
     def leave(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Record that a user has left. If this user had the lease, it goes to the user who asked for it first."""
+        """Record that a user has left. If this user drove, the lease goes to the user who has asked for it first; if
+        none has asked, nobody drives."""
         asking = tuple(one for one in self.asking if one != who)
         left = structs.replace(self, asking=asking)
         return left.give(who, asking[0] if asking else "", now) if self.drives(who) else (left, ())
@@ -217,14 +218,14 @@ class HolderTimes(Struct, frozen=True):
     allowed: float = USUAL_ALLOWED
 
     def issue_time(self, claim: float | None, arrival: float) -> float:
-        """Return when a command was issued, by the robot's clock: the claimed time, limited to [arrival - allowed,
-        arrival]."""
+        """Return when a command was issued, by the robot's clock [s]: the time `claim` given by the user, limited to
+        the range from `arrival` - `allowed` to `arrival`."""
         if claim is None or claim != claim:
             return arrival
         return min(max(claim, arrival - self.allowed), arrival)
 
     def robot_time(self, t: float) -> float:
-        """Convert a time in a command (MOVE ... AT t) to the robot's clock [s]."""
+        """Convert a time in a command (t in MOVE ... AT t) from the user's clock to the robot's clock [s]."""
         return t - self.offset
 
 
@@ -232,7 +233,7 @@ THE_ROBOTS = HolderTimes()
 
 
 def move_of(act: Go, times: HolderTimes) -> commands.Move:
-    """Return the motion in an act, with its times converted to the robot's clock."""
+    """Return the motion command in an act, with its times converted to the robot's clock."""
     stamp = None if act.executed is None else commands.Stamp(times.robot_time(act.executed))
     return commands.Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)
 
@@ -292,8 +293,9 @@ class TargetStream(Struct, eq=False):
     heard: float = 0.0
 
 
-STOPPED = "something else has moved or stopped the robot"  # why the robot no longer follows a stream
-MAX_TYPED_LINES = 1000  # maximum number of lines kept for HISTORY
+# the reason why the robot no longer follows a stream, shown to its user
+STOPPED = "something else has moved or stopped the robot"
+MAX_TYPED_LINES = 1000  # keep at most this many typed lines for HISTORY
 
 
 class UserState(Struct, eq=False, weakref=True):

@@ -43,13 +43,13 @@ if TYPE_CHECKING:
 
 MAX_WAITING_REQUESTS = 10_000  # refuse new requests while this many requests wait
 GROUP_COMMIT_S = 0.02  # [s] delay answers by this time at most, so that several changes are written to disk together
-MAX_WORK_THREADS = 3  # maximum number of threads for long work; more would slow down the robot's own thread
-LAG_CHECK_S = 0.01  # [s] time between two checks whether the users have received the output of programs (TYPE)
+MAX_WORK_THREADS = 3  # do long work in at most this many threads; more would slow down the robot's own thread
+LAG_CHECK_S = 0.01  # [s] check at this interval whether the users have received the output of programs (TYPE)
 T = TypeVar("T")
 
 
 _Given = tuple[Ticket[Any] | None, Callable[[], None]]
-"""A function that delivers a reply to the user of a ticket; without a ticket, a message of the robot itself."""
+"""A ticket, and a function that delivers a reply to its user; None, and one that delivers a message of the robot."""
 
 
 class Actor:
@@ -59,7 +59,8 @@ class Actor:
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
-        self._inbox: Inbox[Callable[[], object]] = Inbox()  # messages from other threads
+        # calls that other threads have queued for the actor's thread
+        self._inbox: Inbox[Callable[[], object]] = Inbox()
         self._waiting = Waiting()  # requests that have not begun
         self._present: list[Ticket[Any]] = []  # requests that have begun and can continue, the next one last
         self._running: list[Ticket[Any]] = []  # requests that wait until a program has stopped
@@ -72,9 +73,10 @@ class Actor:
         self._time_first = False
         self._look = False  # whether a program may have stopped, so that requests waiting for it must be resumed
         self._rests = self._stopped = False  # whether `rest` has stopped everything; whether it has paused the clock
-        self._answers: list[_Given] = []  # replies to send once the changes that they report are on disk
+        self._answers: list[_Given] = []  # replies to send as soon as the changes that they report are on the disk
         self._since = inf  # [s] real time since which the first of these replies has waited
-        self._beat: Callable[[], float | None] | None = None  # periodic callback of the robot
+        # callback that `repeat` has installed; None if there is none
+        self._beat: Callable[[], float | None] | None = None
         self._beats_at = inf  # [s] time of its next call, by the robot's clock
         self.internal_errors: list[Exception] = []
         self.worked = 0.0
@@ -87,7 +89,7 @@ class Actor:
         self._closed = False
         clock = driver.engine.clock
         if isinstance(clock, WallClock) and clock.sleep is time.sleep:
-            clock.sleep = self._inbox.wait  # so that a message in the inbox ends the clock's sleep early
+            clock.sleep = self._inbox.wait  # a message in the inbox then ends the sleep of the clock early
         driver.devices.outside.wake = self.wake
 
     # --- requests, from any thread ---
@@ -376,7 +378,7 @@ class Actor:
         """Do the queued work of requests. This method is the loop of a worker thread."""
         while (one := self._works.get()) is not None:
             self._do_beside(*one)
-            del one  # keep no reference to finished work while waiting for more
+            del one  # otherwise finished work would stay in memory while this thread waits for more
 
     def _do_beside(self, ticket: Ticket[Any], it: Work) -> None:
         begun = time.thread_time()
@@ -407,7 +409,7 @@ class Actor:
     # --- messages ---
 
     def _take(self) -> bool:
-        """Process all messages in the inbox. Return whether there were any."""
+        """Make all calls that are queued in the inbox. Return whether there were any."""
         if not self._inbox and not self._closed:
             return False
         acts = self._inbox.take_all()
@@ -442,7 +444,7 @@ class Actor:
             self._end(ticket, RequestRefused("it was withdrawn"))
 
     def _end_all(self) -> None:
-        """End all requests, and refuse new ones."""
+        """End all requests early, and refuse new ones from now on."""
         self._closed = True
         for ticket in (*self._waiting.all(), *self._present, *self._running, *self._asking, *self._beside):
             self._end(ticket, RequestRefused("the robot is not driven any more"))

@@ -23,7 +23,7 @@ from vrs_cli.values import diagnostics, numbers, replies
 if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
 
-INDENT = "    "  # indentation of a block (val2 section 7)
+INDENT = "    "  # indentation of each level of blocks (val2 section 7)
 FIRST_STEP_LINE = 2  # line number of the first step in a program's text; the heading is line 1
 
 _NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
@@ -58,7 +58,7 @@ class ProgramBuffer:
         dialect: diagnostics.Dialect = diagnostics.Dialect.VPLUS,
     ) -> None:
         self.header, self.lines, self.dialect = header.strip(), list(lines), dialect
-        self._blocks = depth(self.lines)  # number of blocks open after the last line
+        self._blocks = depth(self.lines)  # number of blocks that are still open after the last line
         self.move(len(self.lines) if at is None else at)
 
     @classmethod
@@ -85,7 +85,7 @@ class ProgramBuffer:
 
     @property
     def is_program(self) -> bool:
-        """Return whether the buffer contains a program, not a section."""
+        """Return whether the buffer contains a program; otherwise it contains a section of variables."""
         return _directive(self.header) == parser.PROGRAM
 
     @property

@@ -61,7 +61,7 @@ class _Context(NamedTuple):
 
 
 def _check_alone(argument: str, letter: str) -> None:
-    """Check that no text follows a sub-command's letter. Raises UsageError."""
+    """Check that nothing follows the letter of a sub-command. Raises UsageError."""
     if argument:
         raise UsageError(f"{letter} {argument}", f"{letter} stands alone")
 
@@ -203,7 +203,7 @@ class Editor:
 
     @property
     def changed(self) -> bool:
-        """Return whether leaving without E would lose changes."""
+        """Return whether leaving the editor without E would lose changes."""
         return self.buffer.lines != self._opened
 
     def take(self, line: str) -> Dialogue[Replies]:

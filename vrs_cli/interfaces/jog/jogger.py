@@ -1,12 +1,12 @@
-"""JOG moves the arm step by step, along or about one axis at a time. This module does not depend on keys or a screen.
+"""JOG: move the arm step by step, along or about one axis at a time. This module does not depend on keys or a screen.
 
 In real time a step begins at once, interrupts the current motion, and replaces the scheduled motions. The call returns
 while the arm moves. If the same key is pressed again before the arm has finished its step, the press is ignored, so
 that the arm stops soon after the key is released; any other key takes effect at once. In virtual time a step is a
 motion after all scheduled motions, and the call returns when the step has ended.
 
-Steps of the tool are straight lines. A line that the arm cannot follow, near a singularity, is refused, and nothing
-moves.
+Steps of the tool are straight lines. If the arm cannot follow the line because a singularity is near, the step is
+refused and the arm does not move.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ JOG_JOINTS_HINT = "jog the joints away from there first"
 # [mm, deg] at the end of the reach, shorten a line by these lengths in turn until the joints can follow it
 SHORTENINGS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)
 HALVINGS = 12  # number of bisections that find the end of the reach within one piece (INCREMENT) of a step
-MAX_STEP = 1000.0  # [mm, deg] maximum size of a step
+MAX_STEP = 1000.0  # [mm, deg] larger steps are refused
 # [deg] rotations of the tool must be smaller: the arm would make a larger one in the other direction
 MAX_TURN_DEG = 180.0
-STEPS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # [mm, deg] sizes of steps that can be selected
-SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%] speeds that can be selected
-START_SPEED = 10.0  # [%] initial speed of jogging with keys
+STEPS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # [mm, deg] sizes of steps that keys can select
+SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%] speeds that keys can select
+START_SPEED = 10.0  # [%] speed at which jogging with keys starts
 
 
 UNITS: tuple[transform.Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

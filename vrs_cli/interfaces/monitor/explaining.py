@@ -1,6 +1,6 @@
-"""EXPLAIN and pictures. EXPLAIN describes motions before they are made, locations, and the last change of the timeline;
-it changes nothing. A separate engine (`Engine.aside`) plans the motion, so the request goes through the same code as a
-real one, but only that engine's book keeps the result. Pictures of the arm for SHOW, and of explanations (WHY,
+"""EXPLAIN, and pictures of the arm. EXPLAIN describes motions before they are made, locations, and the last change of
+the timeline; it changes nothing. A separate engine (`Engine.aside`) plans the motion by the same code as a real motion,
+but only the record of that engine keeps the result. The pictures, of the arm for SHOW and of explanations (WHY,
 EXPLAIN), consist of points and lines in the world. This module does not depend on a terminal."""
 
 from __future__ import annotations
@@ -33,19 +33,20 @@ from vrs_cli.values import world as cells
 if TYPE_CHECKING:
     from vrs_cli.world.course import World, WorldCourse
 
-BEFORE, AFTER = 10.0, 10.0  # [s] durations of the past and of the future path in a picture
-LINE_ERROR_M = 0.004  # [m] tolerance of the lines that draw a path: less than a dot of a wide terminal
-SAME_PLACE_M = 1e-6  # [m] tolerance for equal corners
+BEFORE, AFTER = 10.0, 10.0  # [s] a picture shows the path of the tool this long before and after its time
+LINE_ERROR_M = 0.004  # [m] maximum distance of drawn lines from the path: smaller than a dot of a wide terminal
+SAME_PLACE_M = 1e-6  # [m] corners nearer to each other than this are drawn as one
 
 
 class Sight:
-    """A maker of pictures of one arm, in a cell or alone. Data that does not change between pictures is kept."""
+    """A maker of pictures of one arm and of its cell, if it has one. It keeps data that is the same in all pictures."""
 
     def __init__(self, arm: RobotArm, world: World | None = None) -> None:
         self.arm, self._path, self._world = arm, approximation.ToolPath(arm, LINE_ERROR_M), world
 
     def picture(self, timeline: Timeline, t: float, stamped: bool = False) -> replies.ArmPicture:
-        """Return the picture of the robot at time t [s], with its past and planned path, and the bodies of its cell."""
+        """Return a picture of the robot at time t [s]: its arm, the past and the planned path of its tool, and the
+        bodies of its cell. `stamped`: whether the user asked for a certain time."""
         arm, frames = self.arm, timeline.locate(t)[0].motion.frames
         at = position.position_at(arm, timeline, t)
         links, joints = skeleton(arm, at.joints, frames)
@@ -60,7 +61,7 @@ class Sight:
 
 
 def reach(arm: RobotArm, frames: commands.Frames) -> tuple[transform.Vector, ...]:
-    """Return the outermost positions of the tool tip in the world [m]."""
+    """Return the outermost points that the tool tip can reach, in the world [m]."""
     from vrs_cli.kinematics.reach_outline import outermost  # imported here because it loads numpy
 
     T_world_robot = transform.inverse(frames.base)
@@ -70,8 +71,8 @@ def reach(arm: RobotArm, frames: commands.Frames) -> tuple[transform.Vector, ...
 def skeleton(
     arm: RobotArm, q: Joints, frames: commands.Frames
 ) -> tuple[tuple[transform.Vector, ...], tuple[transform.Vector, ...]]:
-    """Return the corners of the links from the base to the tool tip, in the world [m], and the joints among them. A
-    link is drawn along the axis of its joint first, then across to the next axis."""
+    """Return the corners of the drawn links from the base to the tool tip, and the positions of the joints, both in the
+    world [m]. A link is drawn first along the axis of its joint, then across to the next axis."""
     T_robot = arm.frames(q)
     corners, joints = list[transform.Vector](), list[transform.Vector]()
     for T, after in pairwise(T_robot):
@@ -85,7 +86,7 @@ def skeleton(
 
 
 def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector]) -> Iterator[transform.Vector]:
-    """Yield points in another frame, without a point that equals the previous one."""
+    """Yield the points transformed by T, leaving out each point that equals the previous one."""
     before: transform.Vector | None = None
     for p in points:
         if before is None or dist(p, before) > SAME_PLACE_M:
@@ -95,11 +96,12 @@ def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector])
 
 # --- the cell ----------------------------------------------------------------------------------------------------
 
-CIRCLE_POINTS = 8  # number of points by which a circle is approximated
+CIRCLE_POINTS = 8  # a circle is drawn as a polygon with this many corners
 
 
 def bodies(scene: cells.CellScene, course: WorldCourse, t: float) -> tuple[replies.PicturedBody, ...]:
-    """Return the parts, fixtures and sensors of a cell at a time [s]."""
+    """Return the parts, fixtures and sensors of a cell as they are at time t [s]. `course`: the states of the parts
+    over time."""
     pictured, kinds = replies.PicturedBody, replies.BodyKind
     states = ((part, course.state(part.name, t)) for part in scene.parts)
     signals = ((one, bool(course.signal(abs(one.signal), t)) is (one.signal > 0)) for one in scene.sensors)
@@ -115,7 +117,7 @@ def bodies(scene: cells.CellScene, course: WorldCourse, t: float) -> tuple[repli
 
 
 def corners(shape: cells.Shape, T: transform.Transform) -> tuple[transform.Vector, ...]:
-    """Return points in the world [m] whose convex hull is a shape, or approximates it. `T`: the pose of the shape."""
+    """Return points in the world [m] whose convex hull is the shape, or approximates it. `T`: the pose of the shape."""
     points: list[transform.Vector]
     match shape:
         case cells.BoxShape((x, y, z)):
@@ -151,7 +153,7 @@ Drawable = replies.ReachReport | results.MotionReport | results.ChainReport
 
 
 def sketch(report: Drawable) -> acts.Sketch | None:
-    """Return the picture of a report; None if the report has no picture."""
+    """Return the picture of a report as lines, balls and frames; None if there is nothing to draw."""
     if isinstance(report, replies.ReachReport):
         return _sketch_of_reach(report)
     if isinstance(report, results.MotionReport):
@@ -170,7 +172,8 @@ def sketch(report: Drawable) -> acts.Sketch | None:
 
 
 def _sketch_of_reach(report: replies.ReachReport) -> acts.Sketch:
-    """Draw the straight line as far as the arm can follow it, and the limit that stops the arm at its end."""
+    """Draw the straight line to a location as far as the arm can follow it, the point where the arm must stop, and
+    contacts."""
     reach = report.reach
     stop = stopping_place(reach)
     balls = [acts.SketchBall("stop", stop, "good" if reach.line.duration is not None else "stop")]
@@ -184,7 +187,7 @@ def _sketch_of_reach(report: replies.ReachReport) -> acts.Sketch:
 
 
 def stopping_place(reach: results.Reach) -> transform.Vector:
-    """Return the position at which the tool tip stops on the straight line [m]."""
+    """Return the point on the straight line to a location at which the tool tip must stop [m]."""
     line = reach.line
     if line.duration is not None or line.length <= 0.0:
         return reach.end if line.duration is not None else reach.begin
@@ -193,7 +196,7 @@ def stopping_place(reach: results.Reach) -> transform.Vector:
 
 
 def reach_text(report: replies.ReachReport) -> str:
-    """Return the name of the location, and a sentence that says whether the arm can follow the straight line to it."""
+    """Return the name of the location, and a sentence that says whether the arm can go there, and if not, why."""
     line = report.reach.line
     if line.duration is None:
         return f"{report.name}: {line.trouble}"
@@ -204,7 +207,8 @@ def reach_text(report: replies.ReachReport) -> str:
 
 
 def place_of(text: str) -> str | None:
-    """Return the target of a typed motion as an expression; None if the text is not a motion to a location."""
+    """Return the target of a typed motion instruction as the text of an expression; None if the text is not a motion to
+    a location."""
     try:
         statement = parser.parse_prompt(text)
     except VrsError:
@@ -217,7 +221,8 @@ def place_of(text: str) -> str | None:
         return None
     if not (it.word.startswith("APPRO") and others):
         return printer.expression_text(place)
-    back = "0" if others[0] is None else printer.expression_text(others[0])  # distance along the tool's axis
+    # how far in front of the location the motion ends, along the tool's axis [mm]
+    back = "0" if others[0] is None else printer.expression_text(others[0])
     return f"{printer.expression_text(place)}:TRANS(0, 0, -({back}))"
 
 
@@ -225,7 +230,7 @@ def place_of(text: str) -> str | None:
 
 
 def explain(station: Station, it: ast.ExplainCommand) -> Dialogue[None]:
-    """Yield the explanation. Raises VrsError if a value is missing or of the wrong kind."""
+    """Carry out EXPLAIN. Raises VrsError if a value is missing or is of the wrong kind."""
     asked = it.statement
     if it.topic == "SPLICE":
         yield explaining.splice(station.engine.book)
@@ -284,9 +289,9 @@ def _motion(station: Station, statement: ast.Statement) -> Dialogue[results.Moti
 
 
 def _requests(station: Station, aside: Engine, statement: ast.Statement) -> Iterator[commands.Request]:
-    """Yield the requests of a motion instruction. Raises VrsError for arguments without a value."""
+    """Yield the requests to the robot that a motion instruction makes. Raises VrsError if an argument has no value."""
     memory = station.environment
-    # restored afterwards, because the motion itself must get the same random numbers
+    # restored afterwards, so that the real motion will use the same random numbers
     kept = memory.random.getstate(), memory.last_error
     try:
         task = runtime.statement_task(memory, aside, statement)
@@ -306,7 +311,8 @@ def _requests(station: Station, aside: Engine, statement: ast.Statement) -> Iter
 
 
 def _pose(station: Station, expression: ast.Expression, topic: str) -> transform.Transform:
-    """Return the value of an expression that is a transformation. Raises TypeMismatch for any other value."""
+    """Return the value of an expression, a transformation. `topic`: the topic of EXPLAIN, for the error message. Raises
+    TypeMismatch for any other kind of value."""
     found = evaluator(station, expression)()
     if isinstance(found, transform.Transform):
         return found
@@ -334,7 +340,7 @@ def _chain(station: Station, expression: ast.Expression) -> results.ChainReport:
 
 
 def _factors(expression: ast.Expression) -> Iterator[ast.Expression]:
-    """Yield the factors of a compound transformation, from the left."""
+    """Yield the factors of a compound transformation, from left to right."""
     if isinstance(expression, ast.Binary) and expression.operator == ":":
         yield from _factors(expression.left)
         yield from _factors(expression.right)
@@ -343,8 +349,8 @@ def _factors(expression: ast.Expression) -> Iterator[ast.Expression]:
 
 
 def _multiply(outer: str, parts: Sequence[tuple[str, str, transform.Transform]]) -> tuple[results.Factor, ...]:
-    """Return factors with their products. A factor consists of a name, its inner frame, and its transformation from the
-    previous frame."""
+    """Return the factors of a product of transformations, each with the product up to it. `outer`: the frame on the
+    left; each of `parts` is a name, an inner frame, and the transformation to it from the previous frame."""
     frames = (outer, *(inner for _, inner, _ in parts))
     products = accumulate((T for _, _, T in parts), transform.compose)
     return tuple(
@@ -354,7 +360,7 @@ def _multiply(outer: str, parts: Sequence[tuple[str, str, transform.Transform]])
 
 
 def _links(engine: Engine, q: Joints) -> tuple[results.Factor, ...]:
-    """Return the transformations of the arm's links at these joints, preceded by BASE and followed by TOOL."""
+    """Return the transformations from the world to the tool at the joints q: BASE, the links of the arm, and TOOL."""
     frames, model, count = engine.frames, engine.model, len(q)
     links = [(f"A{i}", f"frame {i}" if i < count else "flange", link_pose(model, i, x)) for i, x in enumerate(q, 1)]
     base = [("base of the arm", "frame 0", model.base)] if model.base != transform.IDENTITY else []

@@ -32,10 +32,11 @@ def _load(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def load(station: Station, named: Path) -> Dialogue[None]:
-    """Load a file. Programs in memory are replaced if the user agrees, otherwise kept; variables are overwritten. If no
-    program has run yet, EXECUTE without a name runs the first program of the file. Sample programs of vrs are found by
-    name from any folder. Files named in a comment of the file (`; with: lib.v2`) are loaded first. Raises
-    NonexistentFile, FileOutside, FileError, FileDamaged."""
+    """Load a program file, or a trajectory as a new branch. If programs of the same name exist, the user is asked;
+    other programs are kept. Variables are overwritten. If no program has run yet, the first program of the file becomes
+    the one that EXECUTE without a name runs. Sample programs of vrs are found by name from any folder. Files named in a
+    comment of the file (`; with: lib.v2`) are loaded first. Raises NonexistentFile, FileOutside, FileError,
+    FileDamaged."""
     path, folder = program_file.find_program_file(named, station.folder), station.folder
     if path.suffix.lower() == trajectory_file.EXTENSION:
         yield from _load_trajectory(station, path)
@@ -49,7 +50,7 @@ def load(station: Station, named: Path) -> Dialogue[None]:
 
 
 def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
-    """Load the text of one program file, and report what was loaded."""
+    """Load the text of one program file. Report what was loaded, replaced and kept."""
     ready = yield from station.read_file(text, path.stem)
     values = yield from beside(ready.variables.values)
     kept = yield from _values_to_keep(station, values)
@@ -90,8 +91,8 @@ def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
 
 
 def _values_to_keep(station: Station, values: Mapping[Item, numbers.Value]) -> Dialogue[dict[Item, numbers.Value]]:
-    """Return the values of locations that are in no file and that the user wants to keep. If no user can be asked, the
-    file overwrites these locations, as it does all other variables."""
+    """Return the locations, with their values, that the file would overwrite but the user wants to keep because they
+    are in no file. If no person is present to be asked, return none."""
     environment = station.environment
     if not station.user_state.attended:
         return {}
@@ -104,7 +105,8 @@ def _values_to_keep(station: Station, values: Mapping[Item, numbers.Value]) -> D
 
 
 def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
-    """Make a branch from a trajectory file. The branch can be continued, compared, and merged into main."""
+    """Make a branch from a trajectory file, and switch to it. The branch can be continued, compared, and merged into
+    main."""
     branches = station.branches
     name = re.sub(r"\W", ".", path.stem)
     name = name if name[0].isalpha() else f"t{name}"
@@ -128,7 +130,7 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
 
 
 def _read_recording(station: Station, path: Path) -> Dialogue[trajectory_file.Recording]:
-    """Read a trajectory file, showing the progress at the terminal."""
+    """Read a trajectory file. The terminal shows the progress."""
     terminal, folder = station.terminal, station.folder
     return beside(
         lambda: trajectory_file.read_trajectory(
@@ -143,7 +145,8 @@ def _read_recording(station: Station, path: Path) -> Dialogue[trajectory_file.Re
 @operands.handles("STORER", extension=".rv", parts={store.MemoryPart.REALS})
 @operands.handles("STORES", extension=".st", parts={store.MemoryPart.STRINGS})
 def _store(station: Station, it: Instruction, extension: str, parts: Collection[store.MemoryPart]) -> Dialogue[None]:
-    """Store parts of the memory in a file: the parts that belong to the named programs, or all."""
+    """Store the memory in a file: programs and variables as selected by `parts`; if programs are named, only these and
+    what they use."""
     path = _with_extension(operands.path_of(station, it), extension)
     programs = [operands.word(argument) for argument in it.arguments[1:]]
     memory, layout = station.environment.copy(), station.layout
@@ -165,7 +168,7 @@ def _store(station: Station, it: Instruction, extension: str, parts: Collection[
 
 
 def _with_extension(path: Path, extension: str) -> Path:
-    """Return the path with an extension added; a path that already has one stays unchanged."""
+    """Return the path with an extension added, unless it already has one."""
     return path if path.suffix else path.with_name(path.name + extension)
 
 
@@ -182,7 +185,7 @@ def _save(station: Station, it: Instruction) -> Dialogue[None]:
 
 @operands.handles("REPLAY")
 def _replay(station: Station, it: Instruction) -> Dialogue[None]:
-    """Play a trajectory file on the user's screen, or list its motions."""
+    """Play a trajectory file on the user's screen; without a screen, list its motions."""
     path = operands.path_of(station, it)
     path = path if path.exists() else _with_extension(path, trajectory_file.EXTENSION)
     recording = yield from _read_recording(station, path)
@@ -197,15 +200,16 @@ def _replay(station: Station, it: Instruction) -> Dialogue[None]:
     if recording.dropped_tail and not shown:
         yield replies.Message(TORN, replies.Tone.WARNING)
     arm, holder = recording.arm, [recording]
-    del recording, timeline  # leave the only references to the other thread, which frees the memory
+    del recording, timeline  # the other thread then has the only reference, and frees the memory of the trajectory
     rows = yield from beside(lambda: _replay_rows(arm, holder.pop()))
     if not shown:
         yield replies.ReplayTable(rows)
 
 
 def _replay_rows(arm: RobotArm, recording: trajectory_file.Recording) -> tuple[replies.ReplayRow, ...]:
-    """Return where each motion of a recording ends. The caller must hold no other reference to the recording: its
-    memory is freed here in small parts, because freeing a million values at once would block every thread."""
+    """Return the position at the end of each motion of a recording. The caller must hold no other reference to the
+    recording, so that its memory is freed here in small parts: freeing a million values at once would block all
+    threads."""
     timeline, deltas = recording.timeline, list(recording.deltas)
     del recording
     segments = list(timeline)
@@ -234,7 +238,7 @@ def _list_file(station: Station, it: Instruction) -> Dialogue[None]:
 
 @operands.handles("FDIRECTORY", "LISTF")
 def _list_folder(station: Station, it: Instruction) -> Dialogue[None]:
-    """List the files of a folder, or the files that match a pattern."""
+    """List the files of a folder, or those that match a pattern."""
     given, folder = operands.operand(it, 0), station.folder
     path = folder.root if given is None else folder.path(operands.word(given), pattern=True)
     yield replies.FileTable(str(path), disk.entries(path, folder))
@@ -242,8 +246,8 @@ def _list_folder(station: Station, it: Instruction) -> Dialogue[None]:
 
 @operands.handles("CD")
 def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
-    """Change to a folder, or back to the initial one. Raises FileError if the path is not a folder, FileOutside if it
-    is outside a closed folder."""
+    """Change to a folder; without an argument, change back to the initial one. Raises FileError if the path is not a
+    folder, FileOutside if it is outside a closed folder."""
     given, home = operands.operand(it, 0), station.home
     if given is None:
         station.change_folder(home)
@@ -251,7 +255,7 @@ def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
         name, present = operands.word(given), station.folder.root
         if not home.closed:
             path = station.folder.path(name)
-        elif name.strip() == "..":  # `..` does not lead out of a closed folder
+        elif name.strip() == "..":  # in a closed folder, `..` from its root stays at the root
             path = present if present == home.root else present.parent
         else:
             path = home.root if name.strip() == "/" else station.folder.inside(name)
@@ -263,7 +267,8 @@ def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
 
 @operands.handles("PWD")
 def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
-    """Show the current folder. For a closed folder, whose own path is secret, show the path inside it."""
+    """Show the path of the current folder. In a closed folder whose location is secret, show only the path inside
+    it."""
     root, home = station.folder.root, station.home
     hidden = home.closed and not home.disclosed
     yield replies.Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
@@ -271,8 +276,8 @@ def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
 
 @operands.handles("LOG")
 def _log(station: Station, it: Instruction) -> Dialogue[None]:
-    """Start or stop writing the session to a file. Raises FileError, and UsageError if this robot cannot write
-    sessions."""
+    """Begin to write the session to a file, or end this. Raises FileError, and UsageError if this robot cannot write a
+    log."""
     given, log = operands.operand(it, 0), station.log
     path = None if given is None else station.folder.path(operands.word(given))
     if log is None:
@@ -300,7 +305,7 @@ def _delete_file(station: Station, it: Instruction) -> Dialogue[None]:
 def _copy_or_rename(
     station: Station, it: Instruction, act: Callable[[Path, Path, opening.Folder], None], done: str
 ) -> Dialogue[None]:
-    """Copy or rename the file in `new = old`. Raises FileError and its subclasses."""
+    """Copy or rename a file, as given by `new = old`. Raises FileError."""
     old = disk.existing(station.folder.path(operands.word(it.value)))
     new = disk.target(old, operands.path_of(station, it))
     yield from operands.may_write(station, new)

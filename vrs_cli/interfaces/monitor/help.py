@@ -1,4 +1,4 @@
-"""HELP: show the tables of the language as pages. All content comes from these tables."""
+"""HELP: show the tables of the language as pages. The explanations of all words come from these tables."""
 
 from __future__ import annotations
 
@@ -67,12 +67,12 @@ TUTORIAL = (
     ("vrs learn", "thirteen lessons that see what you do; type it outside this prompt"),
 )
 
-# name, title and rows of each topic that is not a group of the overview
+# name of the topic about the line editor EDIT
 EDITING = "EDITING"
 
 
 def _topics() -> Mapping[str, HelpTopic]:
-    """Return all topics by their names."""
+    """Return all help topics, by name."""
     letters = tuple((row.form, row.summary) for row in SUBCOMMANDS.values())
     empty = (("an empty line", "go to the next step; end inserting"), ("an instruction", "takes the place of the step"))
     groups = {
@@ -88,7 +88,7 @@ def _topics() -> Mapping[str, HelpTopic]:
     }
 
 
-_SHORT = {  # one-word names of the groups
+_SHORT = {  # short names of groups, to be typed after HELP
     "MONITOR COMMANDS": "COMMANDS",
     "INPUT, OUTPUT AND PROGRAM FLOW": "FLOW",
     "CONTROL STRUCTURES": "BLOCKS",
@@ -100,7 +100,7 @@ _SHORT = {  # one-word names of the groups
 
 
 def help_on(word: str) -> Iterator[Reply]:
-    """Yield the help on a word, or the overview for "". Raises UsageError for an unknown word."""
+    """Yield the help on a word or topic; the overview for "". Raises UsageError for an unknown word."""
     topic = _topics().get(word.upper())
     if topic is not None:
         yield topic
@@ -109,14 +109,14 @@ def help_on(word: str) -> Iterator[Reply]:
 
 
 def overview() -> HelpOverview:
-    """Return all available words, in groups."""
+    """Return the names of all available words in groups, and of all topics."""
     groups = {title: tuple(row.name for row in rows) for title, rows in _groups().items()}
     groups["Topics"] = tuple(_topics())
     return HelpOverview(tuple(HelpGroup(title, words) for title, words in groups.items() if words))
 
 
 def _groups() -> Mapping[str, tuple[WordRow | Switch | ParameterRow, ...]]:
-    """Return the rows of all available words, by group."""
+    """Return the table rows of all available words, by the title of their group."""
     of_route = {title: [row for row in INSTRUCTIONS.values() if row.route is route] for route, title in ROUTES.items()}
     of_kind = {title: [row for row in FUNCTIONS.values() if row.result in kinds] for title, kinds in RESULTS.items()}
     rows: dict[str, Iterable[WordRow]] = {
@@ -138,8 +138,8 @@ def _groups() -> Mapping[str, tuple[WordRow | Switch | ParameterRow, ...]]:
 
 
 def page(typed: str) -> HelpPage:
-    """Return all meanings of a word, which may be abbreviated. Raises UsageError with similar words for an unknown
-    word."""
+    """Return all meanings of a word, which may be abbreviated. Raises UsageError for an unknown word; its hint names
+    similar words."""
     name = _full_name(typed.upper())
     entries = tuple(entry for source in _SOURCES for entry in source(name))
     if not entries or name in LINKS:
@@ -153,8 +153,8 @@ ALL_NAMES = [*COMMANDS, *INSTRUCTIONS, *CONTROL, *FUNCTIONS, *OPERATORS, *LINKS,
 
 
 def _full_name(name: str) -> str:
-    """Return the full form of a word, which may be an abbreviation, another spelling, or a name in another language.
-    Raises UsageError for an ambiguous abbreviation."""
+    """Return the name under which the tables have a word. The word may be an abbreviation, another spelling, or the
+    name in another robot language. Raises UsageError for an ambiguous abbreviation."""
     name = next((row.name for row in OPERATORS.values() if row.also == name), name)
     if name in ALL_NAMES or any(_users(name)):
         return name
@@ -173,7 +173,7 @@ MAX_USERS = 3
 
 
 def _users(name: str) -> Iterator[HelpEntry]:
-    """Yield the help entries of a few words whose syntax contains this keyword (STEP, AT, THEN)."""
+    """Yield help entries of at most MAX_USERS words whose syntax contains a keyword (STEP, AT, THEN)."""
     tables: Mapping[str, Mapping[str, Word]] = {
         "control structure": CONTROL,
         "monitor command": COMMANDS,
@@ -189,8 +189,8 @@ def _users(name: str) -> Iterator[HelpEntry]:
 
 
 def _entry(sort: str, row: WordRow, note: str) -> HelpEntry:
-    """Return the help entry of a table row. For an unavailable word, the entry has no example but a note on what to
-    write instead."""
+    """Return the help entry of a table row. `sort`: the kind of word shown to the user. The entry of an unavailable
+    word has no example, but says what to write instead."""
     if row.state is State.SUPPORTED:
         return HelpEntry(sort, row.form, row.summary, row.example, row.where, note)
     return HelpEntry(sort, row.form, row.summary, "", row.where, "; ".join(filter(None, (row.state.value, note))))
@@ -208,7 +208,7 @@ def _function(name: str) -> Iterator[HelpEntry]:
 
 
 def _setting(name: str) -> Iterator[HelpEntry]:
-    """Yield the entries of the switch and of the parameter with that name."""
+    """Yield the help entries of the switch and of the parameter with a name, if they exist."""
     if (switch := SWITCHES.get(name)) is not None:
         default = "ON" if switch.default else "OFF"
         yield HelpEntry("switch", name, f"{switch.summary}; {default} at the start", f"ENABLE {name}")

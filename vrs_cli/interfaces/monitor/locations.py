@@ -1,5 +1,5 @@
-"""Commands on locations and other variables: WHERE (position of the robot, a part or the measured robot), PARTS, WHY
-(whether a location is in reach), HERE, POINT and TEACH, which define locations, and lists and deletions of
+"""Commands on locations and other variables: WHERE (position of the robot, of a part or of the measured robot), PARTS,
+WHY (whether a location can be reached), HERE, POINT and TEACH (define locations), and commands that list and delete
 variables."""
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @operands.handles("WHERE")
 def _where(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Show the position of the robot, the measured robot or a part: now, at a time, or over a period of time."""
+    """Show the position of the robot, of the measured robot or of a part: now, at a given time, or at several times."""
     named, stamped, over = operands.operand(it, 0), it.modifiers.has_time, operands.has_times(it)
     if operands.is_measured(named):
         yield from where_measured(station, it)
@@ -52,14 +52,15 @@ def _where(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 
 def _check_either(it: ast.Instruction, what: str = "") -> None:
-    """Check that WHERE of `what` does not have both AT and FROM. Raises UsageError if it does."""
+    """Check that WHERE does not have both AT and FROM. `what`: the operand of WHERE, for the hint. Raises
+    UsageError."""
     if it.modifiers.has_time:
         raise UsageError("AT and FROM do not go together", f"WHERE {what}AT t, or WHERE {what}FROM t1 TO t2 STEP dt")
 
 
 @operands.handles("SHOW")
 def _show(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Show the arm on the user's screen while the arm moves; without a screen, show one picture."""
+    """Show the arm on the user's screen while it moves. If it does not move, or without a screen, show one picture."""
     engine, stamped, t = station.engine, it.modifiers.has_time, operands.moment(station, it)
     arm, timeline = engine.arm, engine.timeline
     moves = engine.realtime and engine.now < engine.end and not stamped
@@ -71,8 +72,8 @@ def _show(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 @operands.handles("TEACH")
 def _teach(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Store the current location under the next free name of a series, without asking: part, part1, part2; row[3],
-    row[4]. Raises InvalidName if the next name is too long."""
+    """Store the current location under the next unused name of a series, without a question: part, part1, part2;
+    row[3], row[4]. Raises InvalidName if that name is too long."""
     name = operands.operand(it, 0)
     if not isinstance(name, ast.Variable):
         raise IllegalValue(printer.expression_text(name) if name else "TEACH", "the name of a location, as TEACH part")
@@ -84,7 +85,7 @@ def _teach(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 
 def _next_name(station: Station, name: ast.Variable) -> ast.Variable:
-    """Return the name that follows in a series. Raises InvalidName if that name is too long."""
+    """Return the name after the given one in a series of names. Raises InvalidName if it is too long."""
     if name.indexes:
         *others, last = name.indexes
         following = operands.real(station, last) + 1.0
@@ -98,7 +99,7 @@ def _next_name(station: Station, name: ast.Variable) -> ast.Variable:
 
 @operands.handles("HERE", "POINT")
 def _define(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Define and show a location. Ask a person for changes until an empty line is typed."""
+    """Define a location, and show it. A person is asked for changes until an empty line is typed."""
     if it.word == "HERE" or it.value is not None:
         yield from station.do(it)
     expression = operands.operand(it, 0)
@@ -111,7 +112,7 @@ def _define(station: Station, it: ast.Instruction) -> Dialogue[None]:
         return
     if reference.has_value():
         value = cast("transform.Transform | joints.Joints", reference.value())
-    else:  # VAL shows six zeros for a new location
+    else:  # as in VAL, a new location is first shown with zeros
         joint_count = station.engine.model.joint_count
         value = (0.0,) * joint_count if reference.cells.kind is values.Kind.PRECISION else transform.IDENTITY
     while True:
@@ -133,7 +134,8 @@ def _define(station: Station, it: ast.Instruction) -> Dialogue[None]:
 def change_numbers(
     value: transform.Transform | joints.Joints, answer: str, units: joints.JointUnits = joints.TURNING
 ) -> transform.Transform | joints.Joints:
-    """Change a location by the typed numbers. A number left out between commas stays unchanged. Raises IllegalValue."""
+    """Return a location with some of its numbers replaced by typed ones. `answer`: numbers between commas; a number
+    that is left out stays unchanged. Raises IllegalValue."""
     numbers = list(values.numbers_of(value, units))
     fields = answer.split(",")
     if len(fields) > len(numbers):
@@ -159,7 +161,7 @@ def _set_frame(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 @operands.handles("WHY")
 def _why(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Explain whether a location can be reached. Raises TypeMismatch if the value is not a location."""
+    """Explain whether a location can be reached. Raises TypeMismatch if the operand is not a location."""
     expression = operands.operand(it, 0)
     assert expression is not None
     value, text = operands.evaluator(station, expression)(), printer.expression_text(expression)
@@ -172,8 +174,8 @@ def _why(station: Station, it: ast.Instruction) -> Dialogue[None]:
 def explain_reach(
     station: Station, target: commands.PoseTarget | commands.JointTarget, name: str
 ) -> Dialogue[replies.ReachReport]:
-    """Explain whether a target can be reached from the current position. `name`: the name of the target in the
-    report."""
+    """Return whether the arm can reach a target from its current position, and why not. `name`: what the report calls
+    the target."""
     reach = yield from beside(lambda: station.engine.explain(target))
     contacts = (station.contacts.ahead(commands.Move(target, straight)) for straight in (False, True))
     return replies.ReachReport(name, reach, station.units, *contacts)
@@ -183,8 +185,8 @@ def explain_reach(
 
 
 def where_measured(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Show the measured position of the robot: in the last report, at a time, or over a period of time. Raises
-    UsageError."""
+    """Show the measured position of the robot: in the last report, at a given time, or at several times. Raises
+    UsageError if no report has arrived."""
     measured = station.engine.measured.view
     if measured.end is None:
         raise UsageError(*operands.NO_REPORT)
@@ -212,7 +214,7 @@ BRINGS_PARTS = "a cell with [[part]] brings some: vrs --cell FILE"
 
 
 def part_table(station: Station, t: float | None) -> replies.PartTable:
-    """Return the positions of all parts at t [s], by default now."""
+    """Return the positions of all parts at time t [s], by default now."""
     stamped, t = t is not None, station.engine.now if t is None else t
     course = station.driver.course
     return replies.PartTable(
@@ -236,7 +238,7 @@ def _list_parts(station: Station, it: ast.Instruction) -> Iterable[replies.Reply
 def where_part(
     station: Station, it: ast.Instruction, asked: ast.BareWord | ast.StringConstant
 ) -> Iterable[replies.Reply]:
-    """Show the position of a part: now, at a time, or over a period of time. Raises UndefinedName, UsageError."""
+    """Show the position of a part: now, at a given time, or at several times. Raises UndefinedName, UsageError."""
     course, said = station.driver.course, asked.text if isinstance(asked, ast.BareWord) else asked.value
     names = {name.lower(): name for name in (() if course is None else course.parts())}
     if said.lower() not in names and said.lower()[: values.NAME_LENGTH] in station.environment.kinds:
@@ -256,13 +258,13 @@ def where_part(
 
 # --- variables -------------------------------------------------------------------------------------------------------
 
-Rows = tuple[tuple[str, Value], ...]  # names or texts of expressions, with their values
+Rows = tuple[tuple[str, Value], ...]  # pairs of a name (or the text of an expression) and its value
 
 REALS, STRINGS = (values.Kind.REAL,), (values.Kind.STRING,)
 
 
 def _table(kinds: tuple[values.Kind, ...], rows: Rows, units: joints.JointUnits, truth: bool = False) -> replies.Reply:
-    """Return the reply that lists variables of these kinds. `truth`: show real numbers as true or false."""
+    """Return the reply that lists values of these kinds. `truth`: show real numbers as true or false."""
     if kinds == REALS:
         return replies.RealTable(tuple((name, cast(float, value)) for name, value in rows), truth)
     if kinds == STRINGS:
@@ -279,8 +281,8 @@ def _table(kinds: tuple[values.Kind, ...], rows: Rows, units: joints.JointUnits,
 @operands.handles("LISTR", kinds=REALS, hint="LISTL lists locations, LISTS strings")
 @operands.handles("LISTS", kinds=STRINGS, hint="LISTL lists locations, LISTR reals")
 def _list_variables(station: Station, it: ast.Instruction, kinds: tuple[values.Kind, ...], hint: str) -> Dialogue[None]:
-    """List the values of the arguments, or of all variables of some kinds. Raises TypeMismatch for an argument of
-    another kind."""
+    """List the values of the arguments; without arguments, of all variables of the given kinds. `hint`: which commands
+    list other kinds. Raises TypeMismatch for an argument of another kind."""
     rows, expressions = (
         list[tuple[str, Value]](),
         [argument for argument in it.arguments if argument is not None],
@@ -298,7 +300,7 @@ def _list_variables(station: Station, it: ast.Instruction, kinds: tuple[values.K
 
 
 def show_value(station: Station, expression: ast.Expression) -> Dialogue[None]:
-    """Answer an expression typed alone at the prompt, as LISTR, LISTL or LISTS would."""
+    """Show the value of an expression that was typed alone at the prompt, as LISTR, LISTL or LISTS would."""
     if isinstance(expression, ast.Binary) and expression.operator == "==" and isinstance(expression.left, ast.Variable):
         left, right = printer.expression_text(expression.left), printer.expression_text(expression.right)
         yield replies.Message(f"== compares; {left} = {right} assigns")
@@ -311,7 +313,8 @@ def show_value(station: Station, expression: ast.Expression) -> Dialogue[None]:
 
 
 def _values(station: Station, expression: ast.Expression) -> Dialogue[Rows]:
-    """Return an expression and its value. For a bare name, return the simple variable and all elements of the array."""
+    """Return the text and the value of an expression. A bare name stands for the simple variable and all elements of
+    the array with that name."""
     rows: Rows = ()
     if isinstance(expression, ast.Variable) and not expression.indexes:
         if (reference := operands.own_variables(station).get(expression.key)) is not None:
@@ -326,7 +329,8 @@ def _values(station: Station, expression: ast.Expression) -> Dialogue[Rows]:
 
 
 def _own_elements(station: Station, asked: ast.Variable, reference: variables.Reference) -> Iterator[tuple[str, Value]]:
-    """Yield the values of a local variable of the stopped program. Raises UndefinedValue."""
+    """Yield the name and the value of an own variable of the stopped program (AUTO, LOCAL or argument); for an array,
+    of each of its elements. Raises UndefinedValue."""
     program, name = station.task.program if station.task is not None else "", asked.sigil + asked.name
     if reference.key is not None:
         yield f"{name} ({program})", reference.value()
@@ -341,7 +345,8 @@ def _own_elements(station: Station, asked: ast.Variable, reference: variables.Re
 @operands.handles("DELETER", kinds=REALS)
 @operands.handles("DELETES", kinds=STRINGS)
 def _delete_variables(station: Station, it: ast.Instruction, kinds: tuple[values.Kind, ...]) -> Dialogue[None]:
-    """Delete variables of some kinds, or elements of arrays. Raises UndefinedValue, TypeMismatch."""
+    """Delete variables of the given kinds, or elements of arrays, if the user agrees. Raises UndefinedValue,
+    TypeMismatch."""
     named = list[tuple[str, variables.Index | None]]()
     for expression in it.arguments:
         if not isinstance(expression, ast.Variable):

@@ -1,4 +1,4 @@
-"""Commands on programs: list, copy, delete, edit, start, stop, continue and step them."""
+"""Commands on programs: list, copy, rename, delete, edit, start, stop and continue them, and run them step by step."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from vrs_cli.values.numbers import Value
 
 @operands.handles("LISTP")
 def _list_programs(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """List programs in canonical form; list all programs if none is named."""
+    """List the named programs in canonical form; without a name, list all programs."""
     environment = station.environment
     stored = [environment.meant(name) for name in operands.words(it)] or list(environment.programs.values())
     if not stored:
@@ -40,7 +40,7 @@ def _list_programs(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 @operands.handles("DIRECTORY")
 def _list_names(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """List the names of programs: all, or those that match a pattern."""
+    """List the names of all programs, or of those that match a pattern."""
     pattern, programs = operands.word_or(it, 0, "*").lower(), dict(station.programs)
     rows = yield from beside_if(
         len(programs) > operands.LONG_LIST,
@@ -50,7 +50,7 @@ def _list_names(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 
 def program_names(programs: Mapping[str, StoredProgram]) -> Iterator[replies.ProgramName]:
-    """Yield a row for each program of a memory, sorted by name."""
+    """Yield a table row for each program, sorted by name."""
     for _, stored in sorted(programs.items()):
         comment = f"; {stored.program.comment.strip()}" if stored.program.comment else ""
         yield replies.ProgramName(stored.name, stored.analysis.executable, len(stored.program.steps), comment)
@@ -79,8 +79,7 @@ def _rename(station: Station, it: ast.Instruction) -> None:
 
 @operands.handles("DELETE")
 def _delete(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Delete programs, together with the programs that only they call and the variables that only these programs
-    use."""
+    """Delete programs, the programs that only they call, and the variables that only the deleted programs use."""
     environment = station.environment
     named = {environment.program(operands.word(argument)).program.key for argument in it.arguments}
     memory = environment.copy()
@@ -109,7 +108,8 @@ def _delete_named(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 
 def _delete_programs(station: Station, programs: Sequence[StoredProgram], question: str) -> Dialogue[bool]:
-    """Delete programs if the user agrees. The question begins with their names. Raises ProgramInterlocked."""
+    """Delete programs if the user agrees. Return whether they were deleted. `question`: the question to the user, after
+    their names. Raises ProgramInterlocked."""
     for program in programs:
         station.check_free(program.name)
     if not (yield from operands.may_delete(station, f"{', '.join(program.name for program in programs)} {question}")):
@@ -161,8 +161,8 @@ def _see(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 
 def _program_to_edit(station: Station, it: ast.Instruction) -> tuple[ast.Program, int]:
-    """Return the named program or, by default, the last one, and the step number. Raises NoProgramSpecified,
-    IllegalValue."""
+    """Return the program to edit (by default the last one) and the number of the step at which to begin. Raises
+    NoProgramSpecified, IllegalValue."""
     given = operands.operand(it, 0)
     last = station.user_state.last_edited or station.last_program
     if given is None and last is None:
@@ -184,7 +184,7 @@ def _program_to_edit(station: Station, it: ast.Instruction) -> tuple[ast.Program
 
 @operands.handles("EXECUTE")
 def _execute(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Run a program. With a task number, start it as a task beside the others."""
+    """Run a program as the robot program. With a task number, start it as another task."""
     number = values.whole(operands.real_or(station, it, 3, 0.0))
     if number:
         yield from _start(station, it, checked_task(number))
@@ -195,8 +195,8 @@ def _execute(station: Station, it: ast.Instruction) -> Dialogue[None]:
 def asked_program(
     station: Station, it: ast.Instruction
 ) -> Dialogue[tuple[str | None, tuple[variables.Reference | None, ...], int, int]]:
-    """Compile the program named by EXECUTE or a similar command. Return its name, arguments, cycles and first step.
-    Raises UndefinedName."""
+    """Compile the program that EXECUTE or a similar command names. Return its name, arguments, number of cycles and
+    first step. Raises UndefinedName."""
     given = operands.operand(it, 0)
     name = None if given is None else station.environment.meant(operands.word(given)).name
     step = values.whole(operands.real_or(station, it, 2, 1.0))
@@ -208,7 +208,7 @@ def asked_program(
 
 @operands.handles("PCEXECUTE", number=effects.PROCESS_CONTROL)
 def _start(station: Station, it: ast.Instruction, number: int) -> Dialogue[None]:
-    """Start a task that runs beside the robot program."""
+    """Start a program as a task that runs at the same time as the robot program."""
     name, arguments, cycles, step = yield from asked_program(station, it)
     if name is None:
         raise NoProgramSpecified(f"task {number} needs a program", "name it")
@@ -216,7 +216,7 @@ def _start(station: Station, it: ast.Instruction, number: int) -> Dialogue[None]
 
 
 def _task_number(station: Station, it: ast.Instruction) -> int:
-    """Return the number of the task that a command names; 0 (the robot program) if it names none."""
+    """Return the number of the task that a command names; 0 (the robot program) if none is named."""
     return checked_task(operands.real_or(station, it, 0, 0.0))
 
 
@@ -225,10 +225,11 @@ def _task_number(station: Station, it: ast.Instruction) -> int:
 @operands.handles("PCPROCEED", number=effects.PROCESS_CONTROL)
 @operands.handles("PCRETRY", number=effects.PROCESS_CONTROL, retry=True)
 def _go_on(station: Station, it: ast.Instruction, number: int | None = None, retry: bool = False) -> Dialogue[None]:
-    """Continue a stopped task. `retry`: repeat the step that failed."""
+    """Continue a stopped task. `number`: the task, by default as typed. `retry`: repeat the step at which the task
+    stopped."""
     number = _task_number(station, it) if number is None else number
     track = station.tasks.get(number)
-    # the task does not continue at its next step, so compile it for entry at any step
+    # the task continues at another step than the next one, so compile the variant that can start at any step
     if track is not None and (retry or track.task.fault is not None):
         yield from station.compile_program(track.task.program, everywhere=True)
     if not number:
@@ -249,8 +250,8 @@ operands.handles("KILL")(lambda station, it: station.tasks.kill(_task_number(sta
 
 
 def run(station: Station, track: Track) -> Dialogue[None]:
-    """Wait for a program, and report how it ended. If the user continues typing meanwhile, report at the end of the
-    program."""
+    """Wait until a program has stopped, and report how it ended. If the user continues typing while it runs, do not
+    wait; the report is shown when the program has stopped."""
     if station.user_state.lives and not station.user_state.command_files:
         station.let_run(track, lambda result: station.terminal.show(ending(station, result)))
     else:
@@ -282,15 +283,15 @@ def _abort(station: Station, it: ast.Instruction, number: int | None = None) -> 
 
 
 def emergency_stop(station: Station) -> Dialogue[None]:
-    """Stop the motion and all tasks now, and report what was stopped."""
+    """Stop the motion and all tasks immediately, and report what was stopped."""
     others = [track.task for track in station.tasks.running if track.number not in (PROMPT_LINE, ROBOT_PROGRAM)]
     said = [*_stop(station, station.stop), *map(_abort_reply, others)]
     yield from (one for one in said if not (others and isinstance(one, replies.Message)))
 
 
 def _stop(station: Station, stop: Callable[[], None]) -> list[replies.Reply]:
-    """Call `stop`, and report what was stopped. A user who is waiting for the program gets the report of its end, so no
-    other reply is needed."""
+    """Call `stop`, and return replies that say what was stopped. Return none to a user who is waiting for the program,
+    because that wait then ends with its own report."""
     scheduled, running, task = station.engine.now < station.engine.end, station.running, station.task
     track = station.tasks.get(ROBOT_PROGRAM)
     waits = running and track is not None and track.driven_by is station.user_state
@@ -317,7 +318,7 @@ def _prime(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 @operands.handles("SSTEP", "XSTEP", "NEXT")
 def _step(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Carry out one step of the named program, or of the stopped one. XSTEP steps into called programs."""
+    """Carry out one step of the named program, or of the stopped one. XSTEP also stops inside called programs."""
     if operands.operand(it, 0) is not None:
         station.begin(*(yield from asked_program(station, it)), primed=True)
     yield from run(station, station.resume(stepping=Stepping(over=it.word != "XSTEP")))
@@ -340,7 +341,8 @@ def _set_breakpoint(station: Station, it: ast.Instruction) -> Dialogue[None]:
         if step > 0:
             if (found := station.environment.executable(stored).compilation.stand(step - 1)) is None:
                 raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
-            breakpoints.add((key, found + 1))  # the first executable step from that step on
+            # `found` is the index of the first executable step at or after the given one
+            breakpoints.add((key, found + 1))
         else:
             breakpoints -= {point for point in breakpoints if point[0] == key and step in (0, -point[1])}
     for key, number in sorted(breakpoints):
@@ -351,7 +353,7 @@ def _set_breakpoint(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 @operands.handles("WATCH")
 def _watch(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Watch an expression: programs stop when its value changes. Without an expression, end the watch."""
+    """Watch an expression: programs stop when its value changes. Without an expression, end all watches."""
     watches, expression = station.tasks.watches, operands.operand(it, 0)
     if expression is None:
         watches.clear()

@@ -1,5 +1,6 @@
 """Commands that show STATUS, signals, the time, the memory and help, and commands that set SPEED, signals, switches,
-parameters, the CLOCK (pause and resume a real-time clock, change its rate) and the BODY of the robot.
+parameters, the CLOCK (pause and resume a real-time clock, change its rate), and the BODY (the real or simulated arm
+that executes the motions).
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from vrs_cli.version import __version__
 @handles("STATUS")
 @handles("PCSTATUS", number=effects.PROCESS_CONTROL)
 def _tell_status(station: Station, it: ast.Instruction, number: int | None = None) -> Iterable[replies.Reply]:
-    """Report the state of the robot and of a task. For a given time, report only the state of the robot."""
+    """Report the state of the robot and of a task. For a given time (AT), report only the state of the robot."""
     if not it.modifiers.has_time:
         yield _present_status(station, checked_task(real_or(station, it, 0, 0.0)) if number is None else number)
         return
@@ -49,7 +50,7 @@ def _tell_status(station: Station, it: ast.Instruction, number: int | None = Non
 
 
 def _present_status(station: Station, number: int) -> replies.StatusReport:
-    """Return the state of the robot and of the task with this number."""
+    """Return the current state of the robot and of the task with a number."""
     engine, present, track = station.engine, station.engine.settings, station.tasks.get(number)
     speed, progress = present.speed.always, None
     if track is not None:
@@ -72,8 +73,8 @@ def _present_status(station: Station, number: int) -> replies.StatusReport:
 
 
 def _words_for_next_motion(engine: Engine) -> tuple[str, ...]:
-    """Return, as typed, the configuration words that the arm does not satisfy yet and the settings for one motion
-    only."""
+    """Return the words that take effect with the next motion: configuration words that the arm does not yet satisfy,
+    and settings for one motion."""
     present, have = engine.settings, engine.arm.configuration(engine.destination(engine.end).joints)
     said = list(present.configuration.words_beside((have,)))
     if (speed := present.speed.once) is not None:
@@ -94,7 +95,7 @@ BANKS = (("Inputs", values.INPUTS), ("Outputs", values.OUTPUTS), ("Internal sign
 
 @handles("IO")
 def _tell_signals(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
-    """Report signals. For a given time leave out the internal signals, because they are variables without a history."""
+    """Report the states of signals. For a given time, leave out the internal signals, because they have no history."""
     given, timed = operand(it, 0), it.modifiers.has_time
     number = None if given is None else values.whole(real(station, given))
     if number is not None and number not in range(len(BANKS)):
@@ -140,7 +141,7 @@ def _tell_memory(station: Station, _it: ast.Instruction) -> Iterable[replies.Rep
 
 
 def free_memory() -> float | None:
-    """Return the free fraction of the computer's memory [%]; None if the system does not report it."""
+    """Return how much of the computer's memory is free [%]; None if the operating system does not tell."""
     try:
         return 100.0 * os.sysconf("SC_AVPHYS_PAGES") / os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError, ZeroDivisionError):
@@ -149,7 +150,7 @@ def free_memory() -> float | None:
 
 @handles("HISTORY")
 def _tell_history(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
-    """Return the lines that the user has typed, except the current one."""
+    """List the lines that the user has typed, without the current one."""
     typed = tuple(station.user_state.typed)[:-1]
     first = max(len(typed) - values.whole(real_or(station, it, 0, float(len(typed)))), 0)
     yield replies.FileText(tuple(f"{number:5d}  {line}" for number, line in enumerate(typed, 1) if number > first))
@@ -157,7 +158,7 @@ def _tell_history(station: Station, it: ast.Instruction) -> Iterable[replies.Rep
 
 @handles("SIGNAL")
 def _set_signals(station: Station, it: ast.Instruction) -> None:
-    """Set signals like the instruction SIGNAL, and also inputs, like a user at the controller cabinet."""
+    """Set signals as the instruction SIGNAL does, but also inputs, as a person at the controller cabinet could."""
     signals, text = station.environment.signals, printer.statement_text(it)
     numbers = [real(station, argument) for argument in it.arguments if argument is not None]
     at, within = (None if time is None else real(station, time) for time in (it.modifiers.at, it.modifiers.within))
@@ -177,7 +178,7 @@ RATES = f"CLOCK RATE = {SLOWEST_RATE:g} to {FASTEST_RATE:g}"
 
 @handles("CLOCK", "TIME")
 def _clock(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
-    """Report the clock. An argument first pauses or resumes the clock or changes its rate. Raises UsageError,
+    """Report the clock. An argument first pauses or resumes the clock, or changes its rate. Raises UsageError,
     IllegalValue."""
     clock = station.engine.clock
     if it.arguments:
@@ -193,14 +194,14 @@ def _clock(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
             clock.change(paused=action == "PAUSE")
         else:
             raise UsageError(f"CLOCK {action}", f"CLOCK PAUSE, CLOCK GO, {RATES}")
-        station.settle()  # time has passed since the line was typed, and the clock may have been paused
+        station.settle()  # carry out the events of the time that has passed since the line was typed
     yield replies.ClockReport(clock.now, clock.rate if isinstance(clock, WallClock) else None, clock.paused)
 
 
 @handles("BODY")
 def _body(station: Station, it: ast.Instruction) -> dialogue.Dialogue[None]:
-    """Report the body, release it, or set the reaction to an alarm. Raises UsageError, RoleWanted, LeaseHeld,
-    RequestRefused."""
+    """Report the state of the body (the real or simulated arm), release it, or set the reaction to its alarms. Raises
+    UsageError, RoleWanted, LeaseHeld, RequestRefused."""
     body, divergence = station.body, station.divergence
     if operand(it, 0) is None:
         yield replies.BodyReport(body.view, body.unknown_since, divergence.on_alarm, divergence.alarm)
@@ -222,7 +223,8 @@ def _body(station: Station, it: ast.Instruction) -> dialogue.Dialogue[None]:
 
 @handles("RESYNC")
 def _resync(station: Station, it: ast.Instruction) -> dialogue.Dialogue[None]:
-    """Make the body and the timeline agree again. Raises UsageError, RequestRefused, MotionError."""
+    """Make the body (the real or simulated arm) and the timeline agree again. Raises UsageError, RequestRefused,
+    MotionError."""
     how = word_or(it, 0).upper()
     if how not in ("", monitor.STOP):
         raise UsageError(f"RESYNC {how}", f"RESYNC, RESYNC {monitor.STOP}")
@@ -231,12 +233,12 @@ def _resync(station: Station, it: ast.Instruction) -> dialogue.Dialogue[None]:
 
 # --- switches and parameters -----------------------------------------------------------------------------------------
 
-handles("RESET", "SELECT")(Station.do)  # the same function as in a program
+handles("RESET", "SELECT")(Station.do)  # these commands do the same as the instructions in a program
 
 
 @handles("ENABLE", "DISABLE", idle_rows=settings.IDLE_SWITCHES)
 def _set(station: Station, it: ast.Instruction, idle_rows: Mapping[str, settings.Idle]) -> dialogue.Dialogue[None]:
-    """Set switches or a parameter like a program does, and report which of them have no effect."""
+    """Set switches or a parameter as a program does. Report which of them have no effect on a virtual robot."""
     yield from station.do(it)
     for argument in it.arguments:
         if argument is not None and (row := settings.idle_of(idle_rows, word(argument))) is not None:
@@ -252,7 +254,8 @@ def _summary(row: settings.Switch | settings.ParameterRow | settings.Idle) -> st
 def _set_or_list(
     station: Station, it: ast.Instruction, title: str, rows: Mapping[str, Any], idle_rows: Mapping[str, settings.Idle]
 ) -> dialogue.Dialogue[None]:
-    """Set a switch or a parameter, or list the named ones or all. Raises UsageError."""
+    """Set a switch or a parameter. Without a value, list the named ones, or all. `title`: what they are called; `rows`:
+    their table; `idle_rows`: those without effect. Raises UsageError."""
     if it.value is not None:
         yield from _set(station, it, idle_rows)
         return

@@ -31,7 +31,7 @@ from vrs_cli.values import replies
 def _undo_or_redo(
     station: Station, it: Instruction, work: Callable[[Engine, int], book.Parts[tuple[str, ...]]], done: str
 ) -> Dialogue[None]:
-    """Undo or redo commands, and report which ones."""
+    """Undo or redo commands. Report which ones. `work`: the method of the engine; `done`: the verb for the report."""
     engine, steps = station.engine, values.whole(operands.real_or(station, it, 0, 1.0))
     if steps < 1:
         raise IllegalValue(f"{it.word} {steps}", "at least one command")
@@ -43,7 +43,7 @@ def _undo_or_redo(
 
 @operands.handles("BRANCH")
 def _branch(station: Station, it: Instruction) -> Dialogue[None]:
-    """List the branches, switch to one, or make a new one."""
+    """List the branches, switch to a branch, or make a new one."""
     branches, given = station.branches, operands.operand(it, 0)
     if given is None:
         yield branch_table(station)
@@ -64,7 +64,7 @@ def _branch(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def branch_table(station: Station) -> replies.BranchTable:
-    """List all branches, main first."""
+    """Return a table of all branches, main first."""
     branches = station.branches
     return replies.BranchTable(
         tuple(
@@ -77,7 +77,7 @@ def branch_table(station: Station) -> replies.BranchTable:
 
 
 def check_tasks_stand(station: Station) -> None:
-    """Check that no task is running on the current branch. Raises UsageError if a task is running."""
+    """Check that no task is running. Raises UsageError."""
     if (running := next(station.tasks.running, None)) is not None:
         number = "" if running.number == tasks.ROBOT_PROGRAM else f" {running.number}"
         raise UsageError(f"{running.task.program} is running", f"{{ABORT{number}}} stops it")
@@ -101,7 +101,7 @@ def _compare(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def comparison(station: Station, first: str, second: str) -> Dialogue[replies.ComparisonTable]:
-    """Compare two branches. Raises UsageError for an unknown branch name."""
+    """Return the comparison of two branches. Raises UsageError for an unknown name."""
     branches = station.branches
     arm, one, other = station.engine.arm, branches.book(first).copy(), branches.book(second).copy()
     found = yield from beside(lambda: compare(arm, one, other))
@@ -127,7 +127,8 @@ def _delete_branches(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def timeline_table(station: Station) -> Dialogue[replies.TimelineTable]:
-    """Return the current timeline: its commands in effect, and the readings of programs that no longer hold."""
+    """Return the current timeline as a table: its commands that have not been undone, its segments, and the readings of
+    signals by programs that no longer hold."""
     engine = station.engine
     timeline, commands, now = engine.timeline, engine.book.all_records(), engine.now
     wrong = tuple(observations.untrue(engine.book, station.environment.signals))
@@ -159,7 +160,7 @@ def _segment_row(segment: Segment) -> replies.SegmentRow:
 
 @operands.handles("PLOT")
 def _plot(station: Station, it: Instruction) -> Dialogue[None]:
-    """Show curves, or draw them into a file. Raises FileError, and UsageError if this robot cannot draw files."""
+    """Show curves, or draw them into a file. Raises FileError, and UsageError if this robot cannot draw into files."""
     engine, (names, file) = station.engine, split_file(operands.words(it))
     selection = select_curves(engine.arm, names)
     if engine.end <= engine.timeline.start:
@@ -178,8 +179,8 @@ def _plot(station: Station, it: Instruction) -> Dialogue[None]:
     yield replies.Message(f"{path} written")
 
 
-SAMPLES = 481  # number of samples of a curve: more than the dots across the widest drawing
-PICTURES = (".svg", ".png", ".pdf")  # suffixes of files for plots
+SAMPLES = 481  # number of samples of a curve: more than the widest drawing has dots in a row
+PICTURES = (".svg", ".png", ".pdf")  # file name suffixes that select a picture file for the plot
 SYNTAX = (
     f"PLOT {', '.join(monitor.QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1;"
     " into a file: PLOT 1, arm.svg"
@@ -189,20 +190,23 @@ _JOINT = re.compile(r"[0-9]{1,3}")
 
 
 class Selection(Struct, frozen=True):
-    """Names of quantities that share a scale, and joint numbers from 1 (none for quantities of the tool)."""
+    """The curves to plot. `names`: quantities with the same unit; `joints`: joint numbers from 1, empty for quantities
+    of the tool."""
 
     names: tuple[str, ...]
     joints: tuple[int, ...]
 
 
 def split_file(names: Sequence[str]) -> tuple[Sequence[str], str]:
-    """Split the arguments into names of curves and the name of a file after them; "" if there is no file."""
+    """Split the arguments of PLOT into the names of curves, and the name of a picture file after them; "" if there is
+    none."""
     has_file = bool(names) and names[-1].lower().endswith(PICTURES)
     return (names[:-1], names[-1]) if has_file else (names, "")
 
 
 def select_curves(arm: RobotArm, names: Sequence[str]) -> Selection:
-    """Parse the arguments of `PLOT`, `PLOT 1,2`, `PLOT VELOCITY,3`, `PLOT X,Z`. Raises UsageError, IllegalJoint."""
+    """Return the curves that the arguments of PLOT select: none, `1, 2`, `VELOCITY, 3`, `X, Z`. Raises UsageError,
+    IllegalJoint."""
     joints = list(dict.fromkeys(int(name) for name in names if _JOINT.fullmatch(name)))
     found = [_full_name(name.upper()) for name in names if not _JOINT.fullmatch(name)] or ["POSITION"]
     first, count = monitor.QUANTITIES[found[0]], arm.model.joint_count
@@ -218,7 +222,7 @@ def select_curves(arm: RobotArm, names: Sequence[str]) -> Selection:
 
 
 def plot_curves(arm: RobotArm, timeline: Timeline, asked: Selection) -> replies.Plot:
-    """Compute the selected curves over a timeline with motions."""
+    """Compute the selected curves over the whole timeline, which must contain a motion."""
     import numpy as np
 
     first = monitor.QUANTITIES[asked.names[0]]
@@ -233,7 +237,8 @@ def plot_curves(arm: RobotArm, timeline: Timeline, asked: Selection) -> replies.
         unit = ", ".join(dict.fromkeys(first.unit.replace("deg", units.unit(joint)) for joint in asked.joints))
         return replies.Plot(first.title, unit, tuple(times.tolist()), curves)
     xyz = positions.T_world_tool[:, :, 3] * 1000.0
-    speed = np.linalg.norm(np.gradient(xyz, positions.times, axis=0), axis=1)  # between two neighbouring samples
+    # [mm/s], from the differences of neighbouring samples
+    speed = np.linalg.norm(np.gradient(xyz, positions.times, axis=0), axis=1)
     rows = {"X": xyz[:, 0], "Y": xyz[:, 1], "Z": xyz[:, 2], "SPEED": speed, "HAND": positions.hand}
     names = (curve for name in asked.names for curve in monitor.QUANTITIES[name].curves)
     curves = tuple(replies.Curve(name, name[0], tuple(rows[name].tolist())) for name in dict.fromkeys(names))

@@ -71,7 +71,7 @@ class UserSession:
 
     @property
     def timeline(self) -> Timeline:
-        """The timeline of the branch that the user sees."""
+        """The timeline of the branch of the trajectory that the user sees."""
         return self.session.branches.seen_by(self.user_state)[0]
 
     @property

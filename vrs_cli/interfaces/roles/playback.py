@@ -110,11 +110,11 @@ class Playback(Struct, frozen=True):
         return structs.replace(self.seek(min(self.now, self.end), wall), follows=True, playing=True)
 
     def faster(self, wall: float) -> Playback:
-        """Play at the next higher rate in RATES."""
+        """Continue at the next higher rate in RATES."""
         return self.at_rate(min((r for r in RATES if r > self.rate), default=self.rate), wall)
 
     def slower(self, wall: float) -> Playback:
-        """Play at the next lower rate in RATES."""
+        """Continue at the next lower rate in RATES."""
         return self.at_rate(max((r for r in RATES if r < self.rate), default=self.rate), wall)
 
     def at_rate(self, rate: float, wall: float) -> Playback:
@@ -134,7 +134,7 @@ class Viewer:
 
     def __init__(self, rate: float, ahead: float, playback: Playback) -> None:
         self.rate, self.ahead, self.playback = rate, ahead, playback
-        self._last = floor(playback.since * rate)  # number of the last sample taken
+        self._last = floor(playback.since * rate)  # number of the last sample taken, counted from the wall time 0
 
     @property
     def due(self) -> float:

@@ -155,7 +155,7 @@ class Session(station.Station):
         return diagnostics.first_error(read.findings)
 
     def _reading(self, line: str) -> _Reading:
-        """Parse and check a line. Raises LineRefused if it cannot be parsed."""
+        """Parse and check a line. Return the statement and the findings. Raises LineRefused if it cannot be parsed."""
         statement = parser.parse_prompt(line, self.names(), self.dialect)
         if statement is None or isinstance(statement, ast.ProgramHeader):
             return _Reading(line, statement, ())

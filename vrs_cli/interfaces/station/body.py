@@ -56,7 +56,7 @@ class BodyChange(Struct, frozen=True):
 
 
 BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | replies.Message
-"""News of a body. A `Message` reports that an automatic reaction to an alarm of the body has failed."""
+"""What listeners of a body are told. A `Message` reports that an automatic reaction to an alarm has failed."""
 
 
 class ClockSeen(Struct, frozen=True):
@@ -123,7 +123,7 @@ class RobotBody:
         """Forget all reports. `first`: the number of the report expected next."""
         self._numbers, self._counts = ReportNumbers(first), measured.ReportCounts()
         self._mode = measured.BodyMode.FOLLOWS
-        self._last: float | None = None  # [s] time of the newest report
+        self._last: float | None = None  # [s] time given in the newest report
         # first report since which the body has not moved, while it holds or is stopped
         self._stood: measured.Report | None = None
         # newest report at that position, once the body has been at rest for STANDS_FOR

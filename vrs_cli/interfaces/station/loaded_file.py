@@ -119,7 +119,7 @@ class Unstored:
         self._different: WeakSet[StoredProgram] = WeakSet()  # programs that differ from those in their files
         self._values: dict[Item, Value] = {}  # values of variables in their files
         self._items: set[Item] = set()
-        self._changed: set[Item] = set()  # variables that changed since the last comparison
+        self._changed: set[Item] = set()  # variables that have changed since they were last compared with files
         # values when the running program began; None if none is running
         self._before: Mapping[Item, Value] | None = None
         self._version = 0
@@ -153,7 +153,7 @@ class Unstored:
         return bool(self._news or self._changed)
 
     def news(self) -> set[Item]:
-        """Return the variables that users have changed or deleted since the last call."""
+        """Return the variables that users have changed or deleted since the previous call."""
         self._look()
         news, self._news = self._news, set()
         return news

@@ -28,11 +28,11 @@ PLACES = (values.Kind.LOCATION, values.Kind.PRECISION)
 # --- handlers --------------------------------------------------------------------------------------------------------
 
 Handler = Callable[..., Dialogue[None] | Iterable[replies.Reply] | None]
-"""Carries out a monitor command: takes the station and the checked instruction, and perhaps settings of the command;
-returns the replies and questions, or None for no reply.
+"""A function that carries out a monitor command. Its arguments are the station, the checked instruction, and the
+settings given to `handles`; it returns the replies and questions, or None for no reply.
 """
 H = TypeVar("H", bound=Handler)
-HANDLERS: dict[str, Handler] = {}  # handlers by the names of their commands
+HANDLERS: dict[str, Handler] = {}  # the handler of each monitor command, by its name
 
 
 def handles(*names: str, **settings: object) -> Callable[[H], H]:

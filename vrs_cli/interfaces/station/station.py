@@ -121,14 +121,15 @@ class Station:
         self.engine.postponed.append(lambda it: self._warn(it.sentence))
         self.engine.turned.append(self._warn_turned)
         self.contacts = ContactWatch(self.engine, self._around, self._warn)
-        self.dialect = diagnostics.Dialect.VPLUS  # dialect of typed lines, and of files that name no dialect
+        # dialect (VAL, VAL-II or V+) of typed lines, and of files that name no dialect
+        self.dialect = diagnostics.Dialect.VPLUS
         self.last_program: str | None = None
         self.own_user_state = UserState(attended=terminal.attended)
         self.user_state = self.branches.who = self.tasks.who = self.own_user_state
         self._user_states: WeakSet[UserState] = WeakSet((self.user_state,))
         self.lease: RobotLease | None = None
-        self.stream: TargetStream | None = None  # stream of targets that the robot is following
-        self.pulled = hand.DragState()  # who drags the tool, and how well it follows
+        self.stream: TargetStream | None = None  # stream of targets that the robot is following; None if there is none
+        self.pulled = hand.DragState()  # which user drags the tool, and how far it is from its target
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = store.Layout()
         # folder for the files of programs that begin now; None: `folder`
@@ -136,7 +137,7 @@ class Station:
         self.home = folder  # CD without an argument returns to this folder; CD cannot leave it if it is closed
         # starts to write a log of the session to a file (None: stops), and returns the previous file; raises FileError
         self.log: Callable[[Path | None], Path | None] | None = None
-        # draws a plot into a file, if this robot can draw
+        # draws a plot into a file; None if this robot cannot draw files
         self.draw: Callable[[Path, replies.Plot], None] | None = None
         self.journal: Path | None = None  # file to which each motion is written when it is commanded
 
@@ -553,7 +554,8 @@ class Station:
         return driver in (None, self.user_state) or (isinstance(driver, UserState) and driver.left)
 
     def at(self, user_state: UserState, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """Run a dialogue for another user, with the state of that user."""
+        """Run a dialogue for a user, with the state that is kept for this user. Raises RequestRefused if it was
+        stopped."""
         self._user_states.add(user_state)
         user_state.interrupted = False
         try:

@@ -298,7 +298,7 @@ class Driver:
 
     @property
     def typed_lines(self) -> tuple[performing.TypedLine, ...]:
-        """Return the lines that programs have typed since the last run began."""
+        """The lines that programs have typed since the last run began."""
         return tuple(self._transcript.lines)
 
     # --- questions ---
@@ -584,7 +584,7 @@ class Driver:
         return self._asked_again(track, track.task.resume(answer, budget))
 
     def _throw(self, track: tasks.Track, error: VrsError) -> tasks.Pending:
-        """Raise an error in a task. Return the next request of the task."""
+        """Raise an error in the program of a task. Return what the task requests next."""
         track.asked = self.engine.now
         return self._asked_again(track, track.task.throw(error))
 

@@ -46,10 +46,10 @@ class Limits(Struct, frozen=True, kw_only=True):
 
 
 ATTENDED = Limits(max_time=86_400.0, max_steps=None, max_output=100_000_000, max_disk=1_000_000_000)
-"""Limits for a user's own programs that the user can stop: at a prompt, and in real time."""
+"""Limits for a user's own programs while the user is present and can stop them: at a prompt, and in real time."""
 
 OWN = structs.replace(ATTENDED, max_steps=100_000_000)
-"""Limits for a user's own program that nobody can stop."""
+"""Limits for a user's own program while no user is present who could stop it."""
 
 
 class Spent(Struct):

@@ -31,7 +31,7 @@ EVERYBODYS = (
     commands.SetParameter,
     commands.SetSwitch,
 )  # requests that a task may make even if another task has the robot
-STAMPED = (commands.Move, commands.SetChannels, commands.OperateHand)  # requests that may have a time stamp
+STAMPED = (commands.Move, commands.SetChannels, commands.OperateHand)  # requests that may have a time (AT, IN)
 STEPS_A_START = 100  # count the start of a task as this many steps, because it takes as much CPU time
 
 

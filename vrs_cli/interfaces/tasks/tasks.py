@@ -264,8 +264,8 @@ class Tasks(memory.System):
         return min(free)
 
     def proceed(self, number: int, *, retry: bool = False) -> Track:
-        """Continue a stopped task at its next step; with `retry`, repeat the step at which it stopped. Raises
-        TaskNotActive, TaskActive."""
+        """Continue a stopped task at its next step. `retry`: repeat the step at which it stopped. Raises TaskNotActive,
+        TaskActive."""
         if (track := self.get(number)) is None or (not track.running and track.task.is_over):
             raise TaskNotActive(f"task {number}", "{EXECUTE name} starts one")
         if track.running:
@@ -340,7 +340,7 @@ class Tasks(memory.System):
         return self._owner == track.number or (track.at_prompt and self._owner is None)
 
     def check_robot_free(self) -> None:
-        """Check that no task has the robot. Raises RobotNotAttached if one has."""
+        """Check that no task has the robot. Raises RobotNotAttached."""
         if self._owner is not None:
             raise self.not_attached()
 
