@@ -208,7 +208,7 @@ class Broadcast:
         self._channels: dict[Viewer, Channel] = {}
         self._shared: dict[tuple[float, float], Channel] = {}  # channels by rate [1/s] and time ahead of the robot [s]
 
-    # --- who listens ---
+    # --- listeners ---
 
     @property
     def is_watched(self) -> bool:

@@ -156,7 +156,7 @@ class Client:
         self._recalling: asyncio.Task[None] | None = None
         self._remeasuring: asyncio.Task[None] | None = None
 
-    # --- asking ---
+    # --- requests ---
 
     async def open(self) -> messages.Welcome:
         """Connect; call this method once. Raises RequestRefused if no robot answers, or the error that the server

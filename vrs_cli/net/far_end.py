@@ -150,7 +150,7 @@ class FarEnd:
         for id in tuple(self._outlets):
             self._end(id, messages.Done(id, ok=False, refusal=Refusal.of(why or lost)))
 
-    # --- asking ---
+    # --- requests ---
 
     def ask(self, make: Callable[[int], messages.Request], outlet: Outlet) -> int:
         """Send the request that `make` returns for an id; return the id. The outlet receives all answers to the
@@ -394,7 +394,7 @@ class FarEnd:
         if not self._clock.realtime:
             self._set_clock(structs.replace(self._clock, now=now))
 
-    # --- the delays ---
+    # --- delays ---
 
     @property
     def _is_live(self) -> bool:
@@ -475,7 +475,7 @@ class FarEnd:
             self.flags.windows,
         )
 
-    # --- ends ---
+    # --- ends of requests ---
 
     def _is_seen(self, done: messages.Done, change: messages.Change | None) -> bool:
         """Return whether the mirror contains the change made by a command; `change`: the newest change that arrived

@@ -161,7 +161,7 @@ def _takes_gzip(headers: Headers) -> bool:
     return any(quality not in ("q=0", "q=0.0", "q=0.00", "q=0.000") for quality in wanted)
 
 
-# --- the address of the server --------------------------------------------------------------------------------------
+# --- the start page of a server -------------------------------------------------------------------------------------
 
 
 def explanation(address: str, robots: Iterable[str], *, shown: bool, tokens: bool) -> Response:
@@ -282,7 +282,7 @@ class HttpSocket(Socket):
         return response
 
 
-# --- names ------------------------------------------------------------------------------------------------------------
+# --- host names -------------------------------------------------------------------------------------------------------
 
 
 def is_local(host: str) -> bool:
@@ -425,7 +425,7 @@ class HttpAnswers:
             return response_of(HTTPStatus.OK, names, KINDS[".json"], ("Cache-Control", "no-store"))
         return found.response(headers)
 
-    # --- a cookie for a token ---
+    # --- cookies ---
 
     def _exchange(self, socket: HttpSocket, headers: Headers, path: str) -> Response:
         """Exchange a token for a cookie that is valid for the token's own robots, or delete the cookie. Pages of other

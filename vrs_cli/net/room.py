@@ -101,7 +101,7 @@ class Room(ServedRobot):
         """The shapes of the robot. Their files are read when the first client is welcomed."""
         return ServedShapes(self.name, self.plan.model, shows_paths=self.plan.one_user)
 
-    # --- its users ---
+    # --- users ---
 
     def enter(self, grant: Grant, hello: messages.Hello, link: ClientSocket) -> ClientSession:
         """Add a user, or resume a user whose connection was cut; send the welcome. Return the client session."""
@@ -334,7 +334,7 @@ class Room(ServedRobot):
             self._pulled, self._pulled_at = messages.Pulled(pulled), wall
             self.broadcast.announce(self._pulled)
 
-    # --- as time passes ---
+    # --- periodic work ---
 
     def tick(self) -> None:
         """Do the periodic work: drop users who are gone, stop programs over their limits, write reports. Call this

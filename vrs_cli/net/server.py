@@ -487,7 +487,7 @@ class Server:
                 async with asyncio.timeout(None if left == inf else left):
                     await due.wait()
 
-    # --- time ---
+    # --- periodic work ---
 
     async def _tick(self) -> None:
         while True:
