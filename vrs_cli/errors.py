@@ -377,8 +377,9 @@ class TooNear(MotionError, code=-691, text="Too near a singularity"):
 
 
 class CollisionAhead(MotionError, code=-696, text="Collision"):
-    """With ENABLE COLLISION: the arm or the part in its hand would touch something. `value`: the depth [m], `lower`:
-    the missing distance [m], `place`: the point in the world [m]. (Code chosen by vrs, not by V+.)"""
+    """With ENABLE COLLISION: the arm or the part in its hand would touch something. `value`: the depth of the overlap
+    [m], `lower`: how much farther apart the two must stay [m], `place`: the point in the world [m]. (Code chosen by
+    vrs, not by V+.)"""
 
 
 class StreamIsOver(MotionError, code=-692, text="Stream of targets is over"):

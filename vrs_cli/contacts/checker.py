@@ -29,20 +29,20 @@ from vrs_cli.values.world import CellScene, Contact
 from vrs_cli.world.course import WorldCourse
 from vrs_cli.world.history import floor_height
 
-DEEP = 5e-4  # [m] minimum overlap of two solids in contact
+DEEP = 5e-4  # [m] two solids are in contact if they overlap by more than this
 APART = 5e-4  # [m] a pair has separated when its distance exceeds the contact distance (at least 0) by this much
-MARGIN = 0.02  # [m] pairs are examined up to this much beyond the contact distance
-NUDGE = 1e-4  # [m] minimum relative motion of an excused pair between two samples
+MARGIN = 0.02  # [m] pairs that are at most this much farther apart than the contact distance are examined
+NUDGE = 1e-4  # [m] minimum relative motion between two samples of a pair that touches from the start
 SLIDE = 5e-3  # [m] maximum relative motion of a sliding pair between two samples
-EVEN = 1e-4  # [m] maximum change of a sliding pair's distance that counts as none
-BENT = 1e-4  # [m] maximum error of positions at linearly interpolated joints
+EVEN = 1e-4  # [m] if a sliding pair's distance changes by at most this, the next samples are farther apart
+BENT = 1e-4  # [m] maximum error of positions that are computed from linearly interpolated joints
 CLOSE = 6e-4  # [m] within this distance of contact, a pair is examined again at the exact joints
 TICK = 5e-4  # [s] minimum step of the search
 LOOK = 5e-3  # [s] time between two samples while the deepest overlap is searched
 MAX_LOOKS = 50  # maximum number of samples for the deepest overlap
-SLOTS = 32  # minimum number of slots for the solids of parts near the arm
+SLOTS = 32  # minimum number of slots in the MuJoCo model for the solids of parts near the arm
 
-Pair = tuple[int, int]  # the numbers of two owners, the smaller number first
+Pair = tuple[int, int]  # the numbers of two owners of solids (links or objects), the smaller number first
 STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))  # the bounds of a solid that does not move
 
 
@@ -50,8 +50,8 @@ class Checker:
     """A search for contacts of an arm in a scene. `clearance`: solids closer than this also count as touching [m].
     `allow`: pairs of names whose contacts are ignored; "hand" also names the last link.
 
-    Each owner of solids has a number, its index in `names`: first the base and the links, then the floor, the fixtures
-    and the parts, which begin at `first_part`.
+    Each owner of solids (a link or an object) has a number, its index in `names`: first the base and the links, then
+    the floor, the fixtures and the parts, which begin at `first_part`.
     """
 
     def __init__(
@@ -107,12 +107,13 @@ class Checker:
         return self.first_in(timeline, stages(timeline, course, begin, end))
 
     def first_changed(self, before: Course, after: Course, since: float, shift: float) -> Contact | None:
-        """Return the first contact, from `since` [s] on, of parts or of a hand whose states differ after an edit. The
-        edit shifts the motions by `shift` [s]."""
+        """Return the first contact, at or after `since` [s], of a part or a hand whose state an edit has changed.
+        `before`, `after`: the timeline and the states of the parts, before and after the edit. The edit shifts later
+        motions by `shift` [s]."""
         return self.first_in(after[0], changed_stages(before, after, since, shift))
 
     def first_in(self, timeline: Timeline, stages: Iterable[Stage]) -> Contact | None:
-        """Return the first contact in a sequence of stages, or None."""
+        """Return the first contact in a sequence of stages (intervals in which no part changes its state), or None."""
         before: _Search | None = None
         for stage in stages:
             follows = before is not None and before.stage.end == stage.begin
@@ -167,9 +168,9 @@ class OwnersTouch(NamedTuple):
 
 
 class _SolidPair(NamedTuple):
-    """A pair of solids. `owners`: their owners; `sums`: the accumulated bounds on how far the solids approach each
-    other [m]; `limit`, `apart`: the distances below which they touch, and above which they have separated [m];
-    `counts`: whether their contacts count."""
+    """A pair of solids. `owners`: their owners; `sums`: for each sample, an upper bound on how far the solids have
+    approached each other since the start [m]; `limit`, `apart`: the distances below which they touch, and above which
+    they have separated [m]; `counts`: False if their contacts are ignored."""
 
     owners: Pair
     sums: list[float]
@@ -179,7 +180,8 @@ class _SolidPair(NamedTuple):
 
 
 class _Seen(NamedTuple):
-    """A pair of solids at one pose of the arm: its distance [m], and its index in the result of `Physics.near`."""
+    """A pair of solids at one pose of the arm. `distance`: between the solids [m]; `number`: the pair's index in the
+    result of `Physics.near`."""
 
     distance: float
     number: int
@@ -187,8 +189,8 @@ class _Seen(NamedTuple):
 
 
 class _Search:
-    """The search in one stage. `excused`: the pairs that touched from the start and have not separated yet, so their
-    contacts are ignored; None in the first stage."""
+    """The search in one stage (an interval in which no part changes its state). `excused`: the pairs that touched from
+    the start and have not separated yet, so their contacts are ignored; None in the first stage."""
 
     def __init__(self, checker: Checker, timeline: Timeline, stage: Stage, excused: set[Pair] | None) -> None:
         self.checker, self.stage, self.n = checker, stage, checker.arm.model.joint_count
@@ -202,7 +204,8 @@ class _Search:
             self.only.add(self.n)
         self.excused = set(excused or ())
         self.pairs: dict[int, _SolidPair] = {}  # pairs of solids by the key of `Physics.near`
-        self.sums: dict[tuple[Bounds, int], list[float]] = {}  # accumulated bounds on a solid's approach to a link [m]
+        # bounds on a solid's approach to a link since the start [m]
+        self.sums: dict[tuple[Bounds, int], list[float]] = {}
         self.held_bounds = STANDS
         self._place(self._room())
         changed = None if excused is None else {checker.number[name] for name in stage.changed}
@@ -270,7 +273,7 @@ class _Search:
         ]
 
     def _pair(self, key: int) -> _SolidPair:
-        """Compute the properties of a pair of solids, and keep them for later samples."""
+        """Compute and return the properties of a pair of solids, and keep them for later samples."""
         moving, other = sorted((self._bounds(number) for number in self.physics.pair(key)), key=lambda body: -body.link)
         owners, of = self.physics.owners_of(key), (moving, other.link)
         counts = owners not in self.ignored and (self.only is None or not self.only.isdisjoint(owners))
@@ -345,8 +348,8 @@ class _Search:
         )
 
     def _deepest(self, near: Iterable[_Seen]) -> dict[Pair, _Seen]:
-        """Return, for each excused pair of owners, the two solids with the deepest overlap: the owners cannot separate
-        before these two solids do."""
+        """Return, for each excused pair of owners (touching since the start), the two solids with the deepest overlap.
+        The owners cannot separate before these two solids do."""
         found: dict[Pair, _Seen] = {}
         for one in near if self.excused else ():
             owners = one.pair.owners
@@ -355,8 +358,8 @@ class _Search:
         return found
 
     def _separations(self, deepest: Mapping[Pair, _Seen], bent: float, least: float) -> list[tuple[list[float], float]]:
-        """Return, for each excused pair, the accumulated bounds of its motion, and how far it must move to separate
-        [m], at least `least`."""
+        """Return, for each excused pair (touching since the start), the accumulated bounds on its relative motion, and
+        the distance that it must move to separate [m], at least `least`."""
         return [
             (pair.sums, max(pair.apart - distance - bent, least))
             for owners, (distance, _, pair) in deepest.items()
@@ -364,8 +367,8 @@ class _Search:
         ]
 
     def _next(self, t: float, ways: Iterable[tuple[list[float], float]], earliest: float) -> float:
-        """Return the first time after t at which a pair may have moved by its distance in `ways` (accumulated bounds,
-        and distance [m]), or `earliest` if that is earlier [s]."""
+        """Return the first time after t at which one of several pairs may have moved by a given distance, at most
+        `earliest` [s]. `ways`: for each pair, the accumulated bounds on its relative motion, and the distance [m]."""
         sweep = self.sweep
         first, last = sweep.place(t), sweep.place(earliest) + 1
         for sums, way in ways:
@@ -409,7 +412,8 @@ class _Search:
 
 
 def levers_of_each(model: RobotModel, bodies: Iterable[Bounds]) -> list[tuple[float, ...]]:
-    """Return, for each body, its levers relative to each earlier link that is not a neighbour of its own link."""
+    """Return, for each ball, its levers (`sweep.levers`) relative to each earlier link that is not a neighbour of its
+    own link."""
     return [levers(model, body, other) for body in bodies for other in range(1, body.link - 1)]
 
 

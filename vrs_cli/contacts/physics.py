@@ -36,7 +36,7 @@ from vrs_cli.kinematics.transform import (
     unit_quaternion,
 )
 
-ARENA = 4 << 20  # [bytes] memory for the contacts at one pose
+ARENA = 4 << 20  # [bytes] MuJoCo's memory for the contacts at one pose
 SCENE, ARM = 1, 2  # collision bits: the arm is compared with the scene and with itself, the scene only with the arm
 TYPES = {
     SolidForm.BALL: mujoco.mjtGeom.mjGEOM_SPHERE,
@@ -44,10 +44,11 @@ TYPES = {
     SolidForm.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
     SolidForm.HULL: mujoco.mjtGeom.mjGEOM_MESH,
 }
-ALIKE = 1e-9  # [m, rad] tolerance for axes that coincide
+ALIKE = 1e-9  # [m, rad] axes that differ by less than this coincide
 NOBODY = -1  # owner number of an empty slot
 TINY = 1e-3  # [m] size of the solid in an empty slot
-LEANING = [1.0, 1.5e-6, 2e-6, 0.0]  # quaternion (w, x, y, z) of the floor, a tilt of 5e-6 rad
+# quaternion (w, x, y, z) of the floor: a tilt of 5e-6 rad, for the reason given above
+LEANING = [1.0, 1.5e-6, 2e-6, 0.0]
 
 
 class Ball(NamedTuple):
@@ -147,7 +148,7 @@ class Physics:
         bodies, fingers = link_bodies(self._spec, self.model), []
         self._spec.add_exclude(
             bodyname1="link0", bodyname2="link1"
-        )  # MuJoCo does not exclude the child of a fixed body
+        )  # MuJoCo excludes neighbouring bodies by itself only if both can move; the base is fixed
         for number, group in enumerate(links):
             body = bodies[group.link]
             if group.opens:

@@ -2,9 +2,10 @@
 for the search for contacts. Each body has a ball around it. Between two samples, a point of the body moves at most as
 far as the ball's centre plus the rotation angle times the ball's radius. The change of speed between samples bounds how
 much faster the point can be in between. Two links approach each other by at most the sum of the rotations of the joints
-between them, each times its lever. The accumulated bounds grow with time, so a binary search finds the earliest time at
-which a body may have moved by a given distance. Steps of this length reach the first contact and never pass it
-(conservative advancement; Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996)."""
+between them, each times its lever (the greatest distance from the joint axis). The accumulated bounds grow with time,
+so a binary search finds the earliest time at which a body may have moved by a given distance. Steps of this length
+reach the first contact and never pass it (conservative advancement; Mirtich, "Impulse-based dynamic simulation of rigid
+body systems", 1996)."""
 
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND, Event, Frames
 from vrs_cli.world.course import WorldCourse
 
-AT_ONCE = 1e-6  # [s] minimum duration of an opening or closing of the hand
+AT_ONCE = 1e-6  # [s] an opening or closing of the hand that takes no time is treated as this long
 SAME = 1e-6  # [s] tolerance for equal times
 SAME_PLACE = 1e-9  # [m] tolerance for equal elements of two poses
 
@@ -213,7 +214,8 @@ def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
         else:
             x, y, c, s = before[:, :, 0], before[:, :, 1], cosine[i - 1], sine[i - 1]
             turned[:, :, 0], turned[:, :, 1], turned[:, :, 2] = c * x + s * y, c * y - s * x, before[:, :, 2]
-            moved = (turned.reshape(-1, 3) @ step).reshape(count, 3, 4)  # one matrix product is faster than `count`
+            # one product of a large matrix is faster than `count` small ones
+            moved = (turned.reshape(-1, 3) @ step).reshape(count, 3, 4)
         turns[i], places[i] = moved[:, :, :3], moved[:, :, 3] + places[i - 1]
     return LinkFrames(turns, places)
 
@@ -266,7 +268,7 @@ class Sweep:
         most = np.zeros_like(ways)
         most[:, :-1] = change
         np.maximum(most[:, 1:], change, out=most[:, 1:])
-        most[ways == 0.0] = 0.0  # bodies at rest
+        most[ways == 0.0] = 0.0  # a body at rest needs no allowance
         return np.asarray(ways + 0.5 * SAFE * self._spans * most)
 
     def centres(self, link: int, ball: Ball) -> Floats:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 MM = 1e-3  # [m] a millimetre
-MAX_CONTACTS = 1000  # maximum number of contacts kept
+MAX_CONTACTS = 1000  # maximum number of reported contacts that are kept
 
 
 class ContactWatch:

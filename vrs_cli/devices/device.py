@@ -1,8 +1,9 @@
-"""External devices, to which tasks attach logical units, and the bytes that arrive from them.
+"""Define the external devices (TCP ports, serial lines) to which tasks attach logical units, and handle the bytes that
+arrive from them.
 
 Bytes arrive at an instant of the robot's clock, before all actions of programs at that instant. So programs that
 receive the same arrivals at the same times behave identically: a recording is a list of arrivals, and a script can
-replace peers.
+replace the peers (the programs at the other ends).
 
 Each byte becomes one character, so that a V+ string can hold any bytes. A line ends with LF, CR LF or CR, which are not
 part of it. A line longer than the maximum is delivered in several pieces. Bytes without a line end count as a line if
@@ -156,16 +157,17 @@ def check_known(device: str) -> None:
         raise errors.DeviceNotReady(f"the device {device}", f"there are DISK, {TCP} and {SERIAL}1")
 
 
-FULL = 65536  # [bytes] a program waits before it writes while more than this may still be unsent
-CONFIRM_BYTES = 8192  # number of read bytes that are confirmed together
-CLOSE_CONNECTION, HANDLE = 600, 2  # number of the FCMND that closes a connection; bytes of its handle (V+ programs)
+FULL = 65536  # [bytes] while more bytes than this may be unsent, a program that wants to write waits
+CONFIRM_BYTES = 8192  # [bytes] each time that a program has read this many bytes, they are confirmed
+# the FCMND that closes a connection, as in V+ programs, and the length of its argument, the handle [bytes]
+CLOSE_CONNECTION, HANDLE = 600, 2
 END_OF_LINE = "\r\n"  # end of a written line
 RETURN, LINE_FEED = 13, 10  # character codes of CR and LF
 _END = re.compile(rb"[\r\n]")
 
 
 class Waits(Enum):
-    """The result of an operation that is not complete yet."""
+    """The result of an operation that has to wait, because it is not complete yet."""
 
     YET = "yet"
 
@@ -175,9 +177,9 @@ YET: Final = Waits.YET
 
 class DeviceConnection(Struct, eq=False):
     """A connection of a device. `told`: whether the program was informed that the connection is open. `data`: unread
-    bytes. `paused`, `ended`, `gone`: as in `DeviceEvent`. `unwritten`: number of sent bytes not known to have left;
-    `asked`: WRITTEN was requested. `taken`: number of bytes read since the last `confirm_read`. `returned`: the last
-    line ended with CR, so an LF that follows is part of this line end."""
+    bytes. `paused`, `ended`, `gone`: whether the `DeviceEvent` of that name has occurred. `unwritten`: number of sent
+    bytes not known to have left; `asked`: WRITTEN was requested. `taken`: number of bytes read since the last
+    `confirm_read`. `returned`: the last line ended with CR, so an LF that follows is part of this line end."""
 
     handle: int
     told: bool
@@ -231,7 +233,7 @@ class Device(Struct, eq=False):
     expired: bool = False
     dialing: bool = False
     _fresh: bool = False
-    _refused: int | None = None  # outcome of dialing: 0 for a connection, else an error code
+    _refused: int | None = None  # outcome of the requested connection: 0 if it is open, else an error code; None before
     _connections: dict[int, DeviceConnection] = field(default_factory=dict)
 
     # --- opening and closing ---

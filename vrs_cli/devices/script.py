@@ -29,7 +29,8 @@ from vrs_cli.wire.records import RecordError
 
 SENT, OPEN = "sent", "open"  # further events in a recording: text that the program wrote, and the outcome of opening
 EVENTS = {event.value: event for event in DeviceEvent}
-FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotReady, PortTaken)}  # OPEN errors, by code
+# the errors that the code of an OPEN line can stand for
+FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotReady, PortTaken)}
 
 
 class UnitLine(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True, rename={"within": "in"}):

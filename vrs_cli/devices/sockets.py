@@ -46,8 +46,8 @@ class FileEnd:
 
 
 class PseudoEnd(FileEnd):
-    """Our end of the pseudo-terminal `name`. It stays open until `leave`, even if programs close the device. The other
-    end is kept open too, so that other programs may open and close it.
+    """Our end of the pseudo-terminal `name`. It stays open until `leave` is called, even if programs close the device.
+    The other end is kept open too, so that other programs may open and close it.
     """
 
     def __init__(self) -> None:
@@ -193,7 +193,7 @@ class Sockets(Outside):
         return str(address)
 
     def _not_ready(self, what: str, hint: str) -> DeviceNotReady:
-        """Return the error, and tell the user its text, because the status of a unit is only a number."""
+        """Return an error, and show its text to the user, because the program only sees its number in IOSTAT."""
         fault = DeviceNotReady(what, hint)
         self.tell(str(fault))
         return fault
@@ -235,8 +235,8 @@ class Sockets(Outside):
         self._pseudo.clear()
 
     def due(self, clock: RobotClock) -> float:
-        """Return the time at which programs see the arrivals: the earliest that they have not reached yet [s]; infinity
-        if there are no arrivals."""
+        """Return the time at which programs see the arrivals [s]: the earliest time that no program has reached yet.
+        Return infinity if there are no arrivals."""
         if not self._arrivals:
             return inf
         if self._due is None:

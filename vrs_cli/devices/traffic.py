@@ -23,7 +23,7 @@ WINDOW = 65536  # maximum number of unread bytes of one connection
 PIECE = 16384  # maximum number of bytes of one read
 PAUSE = 0.02  # [s] silence after which bytes without a line end count as a line
 GRACE = 0.5  # [s] maximum time to send the remaining bytes after the device was closed
-# keepalive, which finds peers that are gone: idle time [s], interval [s] and number of probes
+# settings of TCP keepalive, to detect peers that are gone: idle time [s], interval [s] and number of probes
 ALONE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}
 
 
@@ -103,7 +103,7 @@ class Traffic:
         self._loop.call_soon_threadsafe(act, self)
 
     def close(self, device: str) -> None:
-        """Close a device. After the return no more of its events arrive."""
+        """Close a device. After this method returns, no more events of the device arrive."""
         done = Done()
         self.do(lambda it: it._close(device, done))
         done.wait(GRACE)
