@@ -361,7 +361,7 @@ class RobotNotAttached(MotionError, code=-602, text="Robot not attached to this 
 
 
 class AlterNotOn(MotionError, code=-634, text="ALTER mode is not on"):
-    """ALTER is used in a task without ALTON. (The code is V+'s, from memory.)"""
+    """ALTER is used in a task without ALTON. (The code is V+'s, quoted from memory.)"""
 
 
 class PowerOff(MotionError, code=-604, text="Robot power off"):
@@ -393,7 +393,8 @@ class IllegalJoint(MotionError, code=-609, text="Illegal joint number"):
 
 
 class LocationOutOfRange(MotionError, code=-610, text="Location out of range"):
-    """The arm does not reach a location. `value`: its distance [m]; the arm reaches from `lower` to `upper`."""
+    """The arm does not reach a location. `value`: the distance that the message names [m]; the arm reaches distances
+    from `lower` to `upper`."""
 
     @property
     def beyond(self) -> float | None:

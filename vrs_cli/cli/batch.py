@@ -130,7 +130,8 @@ class Batch(Struct, frozen=True):
         """Load the files and execute; return the exit status."""
         options = self.options
         running = RunProgress(self.source.path, options.max_time)
-        live = options.realtime is not None or options.allow_net or options.serial  # in real time
+        # whether the clock runs in real time
+        live = options.realtime is not None or options.allow_net or options.serial
         with system_limits.limited_memory(options.max_memory) as guard, running as progress, self._folder() as folder:
             lines = piped.lines_of_pipe(sys.stdin) if live else None
             output = sys.stderr if self.aside else sys.stdout  # the stream for the output of TYPE and PROMPT
@@ -225,7 +226,7 @@ class Batch(Struct, frozen=True):
     def _station(self, terminal: BatchTerminal, folder: opening.Folder) -> Station:
         options = self.options
         model = chosen_robot(options, robot_of(options.prog, self.source))
-        outside = chosen_outside(options)  # it may set options.realtime
+        outside = chosen_outside(options)  # must come first: it may set options.realtime
         clock = clock_of(options.realtime)
         own = OWN if clock is None else ATTENDED
         if options.allow_net or options.serial:
@@ -264,7 +265,8 @@ class Batch(Struct, frozen=True):
         programs = environment.programs
         if self.options.program is None and self.options.project:
             called = frozenset[str]().union(*(one.analysis.calls - {key} for key, one in programs.items()))
-            free = [one.name for key, one in programs.items() if key not in called]  # no other program calls them
+            # the programs that no other program calls
+            free = [one.name for key, one in programs.items() if key not in called]
             if MAIN in programs or len(free) == 1:
                 return programs[MAIN].name if MAIN in programs else free[0]
             listed = ", ".join(free[:MAX_DIAGNOSTICS])

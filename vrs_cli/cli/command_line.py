@@ -44,7 +44,7 @@ def refuse(*mistakes: tuple[object, str, str]) -> None:
 
 @contextmanager
 def errors_of_options(*kinds: type[VrsError]) -> Iterator[None]:
-    """Raise errors of these kinds in the block as a CommandLineError."""
+    """Raise a CommandLineError in place of an error of these kinds in the block."""
     try:
         yield
     except kinds as error:
@@ -52,7 +52,7 @@ def errors_of_options(*kinds: type[VrsError]) -> Iterator[None]:
 
 
 class HelpAll(argparse.Action):
-    """`--help-all`: print the help with all options, and end."""
+    """The action of `--help-all`: prints the help with all options, and ends the process."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object, **__: object) -> NoReturn:
         assert isinstance(parser, Parser)

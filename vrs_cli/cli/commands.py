@@ -1,7 +1,7 @@
 """The table of the subcommands of `vrs`: their modules, arguments and options with kinds of values, defaults and help.
 
-`command_line.py` reads command lines by this table, and `main.py` makes the page of `vrs --help` from it. The examples
-of the help pages are in `examples.py`.
+`command_line.py` uses this table to read command lines, and `main.py` makes the page of `vrs --help` from it. The
+examples of the help pages are in `examples.py`.
 """
 
 from __future__ import annotations

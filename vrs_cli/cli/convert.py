@@ -18,7 +18,7 @@ from vrs_cli.values.results import RunResult
 
 
 class Conversion(batch.Batch, frozen=True):
-    """A run whose steps are written in the language of `--to`."""
+    """A run whose executed steps are written in the language that `--to` names."""
 
     @property
     def aside(self) -> bool:

@@ -36,7 +36,7 @@ class Experiment(NamedTuple):
 
 
 OWN_DEFAULTS: dict[str, object] = {  # default values of options that only some experiments have
-    "lead": (0.0, 0.2, 0.4, 0.6, 0.8),  # [s]
+    "lead": (0.0, 0.2, 0.4, 0.6, 0.8),  # [s] from the issue of a command to the start of its motion
     "policy": ("ABORT", "POSTPONE"),
     "seeds": 20,
     "seconds": 200.0,

@@ -29,7 +29,7 @@ MOVED: Mapping[str, str] = {  # by the old name of a subcommand: its current for
     "get": "vrs connect URL --get NAME",
 }
 
-MEANT: Mapping[str, str] = {  # words of other tools and of the prompt: the subcommand that was probably meant
+MEANT: Mapping[str, str] = {  # by a word that other tools or the prompt use: the subcommand that was probably meant
     **dict.fromkeys(("execute", "exec", "start", "simulate", "play", "go"), "run"),
     **dict.fromkeys(("lint", "test", "validate", "compile"), "check"),
     **dict.fromkeys(("load", "open", "edit"), "shell"),

@@ -136,7 +136,8 @@ def replay(options: Namespace) -> None:
         from vrs_cli.render.text import plain_text
         from vrs_cli.values.replies import WhereaboutsTable
 
-        times = (t for some in sample_times(timeline, 1.0 / step) for t in some.tolist())  # include the exact end
+        # with the exact end as the last time
+        times = (t for some in sample_times(timeline, 1.0 / step) for t in some.tolist())
         rows = tuple(position_at(arm, timeline, t) for t in times)
         print(plain_text(WhereaboutsTable(rows, arm.model.units)), end="")
 

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
 
 
-UNWATCHED_LIMITS: Mapping[str, float] = {  # limits for programs that nobody watches, on systems that have them
+# default limits for programs that nobody watches, on systems that can enforce them
+UNWATCHED_LIMITS: Mapping[str, float] = {
     "max_wall": 300.0,  # [s] except on a very slow machine, the limit on steps is reached first
     "max_memory": 4_000_000_000,  # bytes of address space; numpy needs some for each core
 }

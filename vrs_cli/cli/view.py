@@ -67,7 +67,8 @@ def _world(options: Namespace, arm: RobotArm) -> World | None:
 
 
 async def _watch(options: Namespace) -> None:
-    """Watch a served robot on the terminal. Raises RequestRefused, or the server's reason for a refusal."""
+    """Watch a served robot on the terminal. Raises RequestRefused, or the server's error if it refuses the
+    connection."""
     client = remote.client_of(options)
     news, predicted = News(), far_end.Predicted(client.far)
     client.far.ahead = far_end.Ahead.PRESENT if options.ahead is None else options.ahead

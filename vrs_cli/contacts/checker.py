@@ -36,7 +36,7 @@ NUDGE = 1e-4  # [m] minimum relative motion between two samples of a pair that t
 SLIDE = 5e-3  # [m] maximum relative motion of a sliding pair between two samples
 EVEN = 1e-4  # [m] if a sliding pair's distance changes by at most this, the next samples are farther apart
 BENT = 1e-4  # [m] maximum error of positions that are computed from linearly interpolated joints
-CLOSE = 6e-4  # [m] within this distance of contact, a pair is examined again at the exact joints
+CLOSE = 6e-4  # [m] a pair that is closer to contact than this is examined again, with the exact joints
 TICK = 5e-4  # [s] minimum step of the search
 LOOK = 5e-3  # [s] time between two samples while the deepest overlap is searched
 MAX_LOOKS = 50  # maximum number of samples for the deepest overlap
@@ -103,7 +103,8 @@ class Checker:
         return self._physics
 
     def first_contact(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> Contact | None:
-        """Return the first contact between two times [s], or None. `course`: the states of the parts over time."""
+        """Return the first contact between two times [s], or None. `course`: the states of the parts over time (None:
+        no parts)."""
         return self.first_in(timeline, stages(timeline, course, begin, end))
 
     def first_changed(self, before: Course, after: Course, since: float, shift: float) -> Contact | None:

@@ -98,7 +98,8 @@ class Physics:
         self._kinds = {solid: name for name, solid in enumerate(dict.fromkeys(kinds))}
         self._spec = mujoco.MjSpec()
         self._spec.memory = ARENA
-        self._spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MULTICCD  # one contact per pair is enough
+        # faster: one contact for each pair of solids is enough
+        self._spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MULTICCD
         self._owned: list[int] = []
         world = self._spec.worldbody
         if floor is not None:

@@ -31,8 +31,8 @@ from vrs_cli.values.commands import HAND, Event, Frames
 from vrs_cli.world.course import WorldCourse
 
 AT_ONCE = 1e-6  # [s] an opening or closing of the hand that takes no time is treated as this long
-SAME = 1e-6  # [s] tolerance for equal times
-SAME_PLACE = 1e-9  # [m] tolerance for equal elements of two poses
+SAME = 1e-6  # [s] times that differ by less than this are equal
+SAME_PLACE = 1e-9  # [m] two poses are equal if their elements differ by less than this
 
 Course = tuple[Timeline, WorldCourse | None]  # a timeline, and the states of its parts over time (None without parts)
 
@@ -94,7 +94,8 @@ def changed_stages(before: Course, after: Course, since: float, shift: float) ->
     for begin, end in pairwise([since, *begins, timeline.end]):
         for stage in stages(timeline, course, begin, end) if end > begin else ():
             found = list(stages(*before, stage.begin - shift, stage.end - shift))
-            was = [one for one in found if one.end - one.begin > SAME] or found  # drop zero-length stages (rounding)
+            # drop stages that exist only by rounding
+            was = [one for one in found if one.end - one.begin > SAME] or found
             parts = frozenset(name for one in was for name in _other_parts(one, stage))
             hand = any(
                 not _same_rows(zip(*one.hand, strict=True), zip(*stage.hand, strict=True), shift=shift) for one in was
@@ -188,7 +189,7 @@ def _of_hand(timeline: Timeline, end: float) -> Iterator[Event]:
 
 STEP = 0.006  # [s] maximum time between two samples of a motion
 LEAST_STEPS = 3  # minimum number of sample intervals in a segment
-SAFE = 1.5  # safety factor on the change of speed between samples
+SAFE = 1.5  # safety factor: between samples the speed may change up to 1.5 times as much as the samples show
 
 
 class LinkFrames(NamedTuple):

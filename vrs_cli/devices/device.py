@@ -178,8 +178,9 @@ YET: Final = Waits.YET
 class DeviceConnection(Struct, eq=False):
     """A connection of a device. `told`: whether the program was informed that the connection is open. `data`: unread
     bytes. `paused`, `ended`, `gone`: whether the `DeviceEvent` of that name has occurred. `unwritten`: number of sent
-    bytes not known to have left; `asked`: WRITTEN was requested. `taken`: number of bytes read since the last
-    `confirm_read`. `returned`: the last line ended with CR, so an LF that follows is part of this line end."""
+    bytes not known to have left; `asked`: whether WRITTEN was requested. `taken`: number of bytes read since the last
+    `confirm_read`. `returned`: whether the last line ended with CR, so that an LF that follows is part of this line
+    end."""
 
     handle: int
     told: bool
@@ -219,7 +220,8 @@ class DeviceConnection(Struct, eq=False):
 class Device(Struct, eq=False):
     """The device of a unit. `attached`: the name given to ATTACH; `name`: this name, with the port once it is known.
     `fault`: the reason why the device cannot be used. `status`, `length`, `handle`: results of the last operation.
-    `expired`: the maximum wait of GETC is over. `dialing`: a connection was requested and is not open yet."""
+    `expired`: whether the maximum wait of GETC is over. `dialing`: whether a connection was requested and is not open
+    yet."""
 
     attached: str
     name: str

@@ -41,7 +41,7 @@ def config_path(environment: Mapping[str, str], platform: str = sys.platform) ->
         folder = Path(environment.get("APPDATA") or Path("~/AppData/Roaming").expanduser())
     elif platform == "darwin":
         folder = Path("~/Library/Application Support").expanduser()
-    else:  # XDG Base Directory Specification
+    else:  # Linux and others: see the XDG Base Directory Specification
         given = environment.get("XDG_CONFIG_HOME", "")
         folder = Path(given) if os.path.isabs(given) else Path("~/.config").expanduser()
     return folder / "vrs" / "config.toml"
@@ -65,7 +65,7 @@ def config_of(text: str, path: str) -> Config:
 
     try:
         given = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # the latter for deeply nested lists
+    except (ValueError, RecursionError) as error:  # RecursionError for deeply nested lists
         return Config(wrong=(f"{path} is no TOML: {error}",))
     good: dict[str, Any] = {}
     wrong = []

@@ -87,8 +87,8 @@ def stoppable(interrupt: Callable[[], bool]) -> Iterator[None]:
 def _handling(
     numbers: Iterable[int], handler: Callable[[int, FrameType | None], None], *, ignored_too: bool = False
 ) -> Iterator[None]:
-    """Call `handler` for these signals during the block; do nothing outside the main thread. `ignored_too`: also handle
-    signals that the process ignores so far."""
+    """During the block, call `handler` when one of the signals `numbers` arrives. Do nothing outside the main thread.
+    `ignored_too`: also handle signals that the process ignores so far."""
     before = {}
     if threading.current_thread() is threading.main_thread():
         heard = [number for number in numbers if ignored_too or signal.getsignal(number) is not signal.SIG_IGN]
@@ -101,7 +101,7 @@ def _handling(
 
 
 def ending() -> AbstractContextManager[None]:
-    """Raise Ended at any point of the block where a signal arrives that ends the process."""
+    """During the block, raise Ended as soon as a signal arrives that ends the process (SIGTERM, SIGHUP)."""
 
     def end(number: int, _frame: FrameType | None) -> None:
         raise Ended(number)

@@ -60,7 +60,7 @@ def run_loop(reader: LineReader, exchange: Exchange, line: str | None) -> None:
             line = reader.read() if reader.goes_on() else None
         except Ended:
             raise
-        except KeyboardInterrupt:  # Ctrl-C between two lines
+        except KeyboardInterrupt:  # Ctrl-C between two lines: it ends a pipe, not a prompt
             if not exchange.terminal.attended:
                 raise
             line = reader.read()

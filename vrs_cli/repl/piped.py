@@ -1,4 +1,5 @@
-"""Read the lines of a pipe in a thread, so that the robot can be driven while the shell waits for a line."""
+"""Read the lines of a pipe in a thread, so that the robot's actions are carried out while the shell waits for a
+line."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 STYLE = Style.from_dict(
     {
-        # classes of prompt-toolkit
+        # style classes that prompt-toolkit defines
         "bottom-toolbar": bar_style(Bar.STATUS),
         "validation-toolbar": bar_style(Bar.MISTAKE),
         "completion-menu.completion.current": bar_style(Bar.CHOSEN),
@@ -40,7 +40,7 @@ STYLE = Style.from_dict(
         "control-character": ink_style(Ink.NOTE),
         "search": bar_style(Bar.CHOSEN),
         "auto-suggestion": ink_style(Ink.NOTE),
-        # classes of vrs
+        # style classes of vrs
         "argument": f"bold underline {bar_style(Bar.ARGUMENT)}",
         "title": bar_style(Bar.TITLE),
         "margin": ink_style(Ink.NOTE),

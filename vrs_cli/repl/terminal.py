@@ -224,7 +224,7 @@ def latest(reply: replies.Reply) -> str:
     return ""
 
 
-OPTIONS = {"LESS": "FRX"}  # the options that git sets: keep colours, quit if one screen is enough, do not clear
+OPTIONS = {"LESS": "FRX"}  # for less, as git sets it: keep colours, quit if one screen is enough, do not clear
 LONG = (
     replies.HelpOverview,
     replies.HelpTopic,
