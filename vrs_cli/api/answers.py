@@ -214,9 +214,9 @@ def hear(subscription: Subscription[TimelineChange], callback: Callable[[Change]
 
     def listen() -> None:
         timeline: Timeline | None = None
-        while (event := subscription.take()) is not None:  # queued events arrive even after end()
+        while (event := subscription.take()) is not None:  # `take` returns queued events even after `end`
             if isinstance(event, MissedEvents):
-                continue  # the next event contains the whole timeline
+                continue  # the next event replaces the missed ones: it has the whole timeline
             if isinstance(event, TimelineDelta):
                 assert timeline is not None
                 timeline = timeline.apply(event)

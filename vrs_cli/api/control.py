@@ -187,7 +187,7 @@ class Streams:
         since = STEERING.longest + 1.0 if last is None else max(now - last[0], step)
         self._moves, self._wish = since <= STEERING.longest, None
         velocity = velocity_between(last[1], joints, since) if last is not None and self._moves else None
-        self._last = None  # remains None if the robot refuses the target, so that the stream ends
+        self._last = None  # stays None if the robot refuses the target, so that the stream ends
         robot.send(Steer(joints, velocity, step, speed))
         self._last = now, joints
 
@@ -224,7 +224,7 @@ class Streams:
 
     @staticmethod
     def _pace(robot: Supervisor, due: float) -> None:
-        """If the robot's clock runs in real time, wait until it shows the time `due` [s]."""
+        """Wait until the robot's clock shows the time `due` [s], if this clock runs in real time."""
         rate = robot.followed.rate
         if rate is not None and (left := due - robot.now) > 0.0:
             time.sleep(left / rate)
@@ -303,7 +303,7 @@ class ChunkSteering:
         due = t + self._shift
         if self._times and due <= self._times[-1]:
             due = self._times[-1] + STEERING.shortest
-        if self._times and due - self._times[-1] > STEERING.longest:  # the gap is too long
+        if self._times and due - self._times[-1] > STEERING.longest:  # the gap would end the stream: begin a new chunk
             self.send()
             self._times, self._joints = [], []
         self._times.append(due)

@@ -99,7 +99,7 @@ class Location:
     """
 
     def __init__(self, rows: Floats, units: Units = Units.VAL) -> None:
-        """`rows` (..., 3, 4) [m]: the upper three rows of `matrix`."""
+        """Make locations from `rows` (..., 3, 4) [m], the upper three rows of `matrix`."""
         self.rows, self.units = freeze(rows), units
 
     @classmethod

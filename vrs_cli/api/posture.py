@@ -189,7 +189,7 @@ class CellPart:
 
     @property
     def now(self) -> PartPlace:
-        """Return where the part is at the present time."""
+        """Return where the part is now."""
         return self._look(None)
 
     def __repr__(self) -> str:
@@ -198,7 +198,7 @@ class CellPart:
         return f"<CellPart {self.name}: {place}>"
 
 
-# --- kinematics, with the present TOOL and BASE ----------------------------------------------------------------------
+# --- kinematics, with the current TOOL and BASE ----------------------------------------------------------------------
 
 
 class Ways(Struct, frozen=True, eq=False, dict=True):

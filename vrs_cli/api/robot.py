@@ -200,7 +200,7 @@ class Robot:
 
     def _looks_like_radians(self, row: Floats) -> bool:
         """Return whether joints seem to be given in radians: they were computed (more than three decimals), no joint
-        exceeds one turn in radians, and they are far from the present joints."""
+        exceeds one turn in radians, and they are far from the current joints."""
         if self.units is Units.SI or not row.any() or np.abs(row).max() > 2.0 * np.pi:
             return False
         here = np.array(self._robot.at().joints) * self._scales
@@ -355,7 +355,7 @@ class Robot:
         return self.where(np.append(times[times < last], last))
 
     def watch(self, rate: float = 25.0) -> Iterator[Posture]:
-        """Yield the present posture of the robot `rate` times per second, without end. Raises IllegalValue for a bad
+        """Yield the current posture of the robot `rate` times per second, without end. Raises IllegalValue for a bad
         rate."""
         audience = Audience(self._robot, time.monotonic)
         audience.join(number(rate, "rate"))
@@ -445,7 +445,7 @@ class Robot:
 
     @property
     def joints(self) -> Floats:
-        """Return the present joints (n,)."""
+        """Return the current joints (n,)."""
         return self.where().joints
 
     @property
@@ -472,7 +472,7 @@ class Robot:
         self._do(f"SPEED {plain(float(percent))}")
 
     def fk(self, joints: ArrayLike | None = None, *, link: int | None = None) -> Location:
-        """Return the tool tip in the world for joints (n,) or (N, n), or for the present joints. `link`: return the
+        """Return the tool tip in the world for joints (n,) or (N, n), or for the current joints. `link`: return the
         frame of this link instead, 0 (the base) to n (the flange); joint i turns about z of frame i - 1. Raises
         ValueError.
         """
@@ -495,13 +495,13 @@ class Robot:
         return ways(self._robot.arm, self._robot.frames, self._one_location(location, "location"), self.units)
 
     def jacobian(self, joints: ArrayLike | None = None) -> Floats:
-        """Return the Jacobian (6, n) or (N, 6, n) at joints (n,) or (N, n), or at the present joints. It maps joint
+        """Return the Jacobian (6, n) or (N, 6, n) at joints (n,) or (N, n), or at the current joints. It maps joint
         rates to the tool's velocity (vx, vy, vz, wx, wy, wz) in the robot's frame, in mm and degrees, or in SI.
         """
         return jacobian(self._robot.arm, self._robot.frames, self._any_joints(joints), self.units)
 
     def why(self, *to: ArrayLike | Location) -> Replies:
-        """Explain whether a location, or joints, can be reached from the present position, and what MOVE and MOVES
+        """Explain whether a location, or joints, can be reached from the current position, and what MOVE and MOVES
         would do.
 
         The reply is a ReachReport with `options`, `chosen`, `reason` and `line`, in metres and radians.
@@ -616,7 +616,8 @@ class Robot:
         return run
 
     def _under(self, conditions: Conditions | None) -> Supervisor:
-        """Return the robot with the conditions of one call applied. Raises NotPossible for a served robot."""
+        """Return the robot with the conditions (limits, folder, cell, signals) of one call applied. Raises NotPossible
+        for a served robot."""
         if conditions is None:
             return self._robot
         port = self._robot.port
@@ -664,7 +665,7 @@ class Robot:
 
     @property
     def branch(self) -> str:
-        """Return the name of the present branch."""
+        """Return the name of the current branch."""
         return next(row.name for row in self._robot.act(acts.ListBranches()).rows if row.present)
 
     @contextmanager
@@ -719,7 +720,7 @@ class Robot:
 
     def subscribe(self, callback: Callable[[Change], object]) -> Callable[[], None]:
         """Call `callback` for every change of the timeline, in a new thread. Return a function that ends the calls. The
-        first Change has the present timeline. Each Change has `version`, `timeline`, and usually a `delta`.
+        first Change has the current timeline. Each Change has `version`, `timeline`, and usually a `delta`.
         """
         return hear(self._robot.subscribe(), callback)
 
@@ -784,7 +785,7 @@ class Robot:
         return joints if self.units is Units.SI else self._model.units.read(joints)
 
     def _any_joints(self, given: ArrayLike | None) -> Floats:
-        """Return joints (..., n) in [rad, m]; the present joints if none are given."""
+        """Return joints (..., n) in [rad, m]; the current joints if none are given."""
         if given is None:
             return np.array(self._robot.at().joints)
         return numbers(given, "joints", self._model.joint_count) / self._scales
@@ -807,8 +808,8 @@ def load(
     cell: str | Path | Cell | None = None,
     signals: Signals | None = None,
 ) -> Robot:
-    """Return the robot of a trajectory file (.vrst), at the end of its timeline. `limits`, `folder`, `cell` and
-    `signals` are as for `Robot`.
+    """Return the robot that a trajectory file (.vrst) describes, at the end of its timeline. `limits`, `folder`, `cell`
+    and `signals` mean the same as for `Robot`.
 
     Raises NonexistentFile, FileDamaged, FileError. Warns if an older file has motions that the robot can no longer do,
     and if the last line is incomplete.

@@ -26,11 +26,12 @@ from vrs_cli.trajectory.timeline import Timeline
 
 LINE_PERIOD = 0.02  # [s] time between two points where the path is not a cubic
 CUBIC = 3
-MIN_STEP = 1e-6  # [s] minimum time between two points, because controllers require increasing times [ns]
+# [s] minimum time between two points, because controllers require increasing times in whole nanoseconds
+MIN_STEP = 1e-6
 JUMP = 1e-6  # [rad/s2, m/s2] minimum change of an acceleration that counts as a jump
-MIN_LENGTH = 0.5  # [s] minimum duration of a trajectory, because controllers refuse ended trajectories
-PAST = 0.05  # [s] age of the stamp of an immediate trajectory, so that the controller begins at once
-MARGIN = 0.2  # [s] maximum time for a trajectory to arrive
+MIN_LENGTH = 0.5  # [s] minimum duration of a trajectory, because controllers refuse one that has already ended
+PAST = 0.05  # [s] how far the stamp of an immediate trajectory is in the past, so that the controller begins at once
+MARGIN = 0.2  # [s] assumed maximum time until a sent trajectory arrives
 NANOSECONDS = 1_000_000_000
 
 

@@ -32,10 +32,10 @@ MIN_MASS = 1e-9  # [kg] minimum mass, because MuJoCo requires a mass for each mo
 END_STOP = 0.02  # [rad, m] distance from the end of a joint's range to its mechanical stop (our choice)
 STILL = 1e-2  # [rad/s, m/s] speed of a joint below which its brake locks
 BRAKE = 1.5  # ratio of a brake's torque to the maximum torque of its motor (our choice)
-FADE = 0.2  # [s] minimum time in which the arm reaches its set point
-GENTLE = 0.5  # fraction of the maximum velocity at which a joint approaches the set point
+FADE = 0.2  # [s] minimum time in which an arm that begins to follow reaches its set points
+GENTLE = 0.5  # fraction of the maximum velocity at which a joint then approaches the set points
 FRICTION_AT = 2e-3  # [rad/s, m/s] speed above which nearly all Coulomb friction is compensated
-LOCK = (0.9999, 0.9999, 1e-3, 0.5, 2.0)  # solimp of brakes and blocked joints: as stiff as MuJoCo allows
+LOCK = (0.9999, 0.9999, 1e-3, 0.5, 2.0)  # MuJoCo's `solimp` for brakes and blocked joints: as stiff as MuJoCo allows
 
 ALPHA = 0.3  # position gain of the filter of the encoder readings
 BETA = ALPHA * ALPHA / (2.0 - ALPHA)
@@ -67,7 +67,7 @@ USUAL_SETTINGS = ArmSettings()
 
 
 class _Brake(NamedTuple):
-    """A braking motion from joints and velocities (n,) to rest, with one deceleration per joint (n,)."""
+    """A braking motion to rest from given joints and velocities (n,), with one constant deceleration per joint (n,)."""
 
     joints: Floats
     velocity: Floats
@@ -158,12 +158,14 @@ class MujocoArm:
         mujoco.mj_forward(self._m, self._d)
         self._reference = _standing(q)
         self._brake: _Brake | None = None  # the braking motion after an order to hold
-        self._offset: _Quintic | None = None  # the offset from the set point, which fades
+        self._offset: _Quintic | None = None  # the offset of the arm from the set points, which fades to zero
         self._since = start
         self._arrives = True  # whether the next set point is the first one to follow
-        self._clock = (start, start, 0.0)  # times of the robot's and the arm's clock, and the gain of the latter [s/s]
+        # time of the robot's clock, the arm's clock at that time, and how fast the latter gains since then [s/s]
+        self._clock = (start, start, 0.0)
         self._waiting = sorted((one for one in disturbances if one.at is not None), key=_begin)
-        self._active = list[tuple[float, scenario.Disturbance]]()  # end times [s] and disturbances that act now
+        # disturbances that act now, with the times at which they end [s]
+        self._active = list[tuple[float, scenario.Disturbance]]()
         for one in disturbances:
             if one.at is None:
                 self.disturb(one)
@@ -197,7 +199,7 @@ class MujocoArm:
             self._arrives = True
 
     def disturb(self, disturbance: scenario.Disturbance | scenario.Release) -> None:
-        """Begin a disturbance, now or at its own time; or end the present disturbances of a kind."""
+        """Begin a disturbance, now or at its own time; or end all current disturbances of a kind."""
         if isinstance(disturbance, scenario.Release):
             self._end([one for _, one in self._active if isinstance(one, disturbance.kind or scenario.Disturbance)])
         elif disturbance.at is not None and disturbance.at > self.time:
@@ -220,16 +222,16 @@ class MujocoArm:
         return found
 
     def _next(self, setpoint: SetPoint) -> State:
-        """Return the reference after TICKS steps."""
+        """Return the state that the controller should reach after TICKS steps (the reference)."""
         t = self.time + TICKS * STEP
         if self.mode is BodyMode.STOPPED:
             return _standing(self._seen)
         if self.mode is BodyMode.HOLDS:
-            assert self._brake is not None  # set by an order to hold
+            assert self._brake is not None  # the order to hold has set it
             return self._brake.at(t - self._since)
         if self._arrives:
             off = self._reference - np.array(setpoint(self.own_time(self.time)))
-            off[2] = 0.0  # accelerations may be discontinuous, because torques may jump
+            off[2] = 0.0  # accelerations may jump, because torques may jump: let only joints and velocities fade
             fastest = np.array(self.model.max_velocity)
             far = float(np.max(np.abs(off[0]) / fastest + np.abs(off[1]) / np.array(self.model.max_acceleration)))
             T = max(FADE, 15.0 / 8.0 * far / GENTLE)  # the peak velocity of a quintic is 15/8 of its mean
@@ -309,7 +311,7 @@ class MujocoArm:
     # --- disturbances ---
 
     def _disturbances_now(self) -> None:
-        """Begin and end disturbances that are due, and sum up the present pushes."""
+        """Begin and end the disturbances whose time has come, and sum up the pushes that act now."""
         if not (self._waiting or self._active or self._pushed):
             return
         while self._waiting and _begin(self._waiting[0]) <= self.time + 1e-9:
@@ -368,7 +370,7 @@ class MujocoArm:
         mujoco.mj_setConst(self._m, mujoco.MjData(self._m))
 
     def _hold_joint(self, i: int, held: bool) -> None:
-        """Lock a joint at its present position, or unlock it."""
+        """Lock a joint at its current position, or unlock it."""
         self._m.eq_data[i, 0] = self._d.qpos[i]
         self._d.eq_active[i] = held
 

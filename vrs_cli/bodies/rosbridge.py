@@ -38,8 +38,9 @@ STATES = "sensor_msgs/msg/JointState"
 CONTROLLER_STATE = "control_msgs/msg/JointTrajectoryControllerState"
 ACTION = "control_msgs/action/FollowJointTrajectory"
 GET_TIME = "/rosapi/get_time"
-ABORTED = 6  # status of a goal (action_msgs/msg/GoalStatus)
-NEAR = {JointKind.REVOLUTE: 0.1, JointKind.PRISMATIC: 0.02}  # [rad, m] maximum error of a joint that follows
+ABORTED = 6  # status of a goal that was aborted (action_msgs/msg/GoalStatus)
+# [rad, m] maximum distance of each joint from the timeline at which the arm counts as following it
+NEAR = {JointKind.REVOLUTE: 0.1, JointKind.PRISMATIC: 0.02}
 MAX_AGE_S = 1.0  # [s] maximum age of a measurement of the arm's position
 HORIZON = 10.0  # [s] minimum duration of a trajectory; it ends where the robot is at rest
 MIN_JOIN, MAX_JOIN = 0.1, 0.5  # [s] minimum and maximum time in which the arm joins a changed timeline
@@ -169,7 +170,8 @@ class RosArm:
         order = self.body.order
         ordered = order is not self._order and order.at <= now
         if self._starts or ordered:
-            holds = (order.mode is BodyMode.HOLDS) is (order.at <= now)  # before this time the opposite mode applies
+            # until the time of an order, the opposite mode applies
+            holds = (order.mode is BodyMode.HOLDS) is (order.at <= now)
             self._starts, self._order, self._retried = False, order if order.at <= now else self._order, False
             return self._hold(now) if holds else self._follow(now)
         is_due = self.mode is BodyMode.FOLLOWS and (self._cut < inf or now > self._until - AHEAD)
@@ -270,8 +272,8 @@ class RosArm:
     # --- the clock of ROS ---
 
     def _questions(self, now: float) -> list[Mapping[str, Any]]:
-        """Return a request for the time of ROS, if one is due."""
-        if now < self._ask_at <= now + ASKED:  # if it is later, the robot's clock was set back
+        """Return a list with a request for the time of ROS; an empty list if none is needed yet."""
+        if now < self._ask_at <= now + ASKED:  # a later `_ask_at` means that the robot's clock was set back
             return []
         self._ask_at = now + (FIRST_ASKED if self._answers < FIRST_ANSWERS else ASKED)
         self._number += 1
@@ -379,12 +381,12 @@ def brake_timeline(model: RobotModel, timeline: Timeline, t: float) -> Timeline:
 
 
 async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:
-    """Let an arm of ROS execute the motions until another client replaces it; reconnect after a cut. Raises
-    RequestRefused if rosbridge does not answer at first, or if another client already executes the motions."""
+    """Let an arm of ROS execute the motions until another client replaces it; reconnect if the connection is cut.
+    Raises RequestRefused if rosbridge does not answer at first, or if another client already executes the motions."""
     arm, random, attempt, begun = RosArm(body, settings, tell), Random(), 0, False
 
     async def hear_changes() -> None:
-        with suppress(VrsError):  # `ticks` raises this error as well
+        with suppress(VrsError):  # ignore the error here, because `ticks` raises it as well
             async for change in body.changes():
                 arm.change(change.cut if isinstance(change, TimelineDelta) else -inf)
 
@@ -411,7 +413,7 @@ async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], 
 
 
 async def _wait(body: BodyClient, seconds: float) -> None:
-    """Wait for some seconds. Raises the error, if one ends the client `body` meanwhile."""
+    """Wait for some seconds. If an error ends the client `body` meanwhile, raises this error."""
     loop = asyncio.get_running_loop()
     due = loop.time() + seconds
     async for _ in body.ticks():

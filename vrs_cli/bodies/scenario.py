@@ -54,7 +54,7 @@ class Payload(Disturbance, frozen=True, tag="payload"):
 
 
 class BlockedJoint(Disturbance, frozen=True, tag="block"):
-    """A joint, counted from 1, that stays at its present position."""
+    """A joint, counted from 1, that stays at its current position."""
 
     joint: int = 1
 
@@ -221,7 +221,8 @@ BANDWIDTH = 30.0  # [rad/s] bandwidth of the servos
 VISCOUS, COULOMB = 0.3, 0.2  # [1/s], [rad/s2 or m/s2] viscous and Coulomb friction of the servos
 STICKS_BELOW = 1e-3  # [rad/s, m/s] speed at which Coulomb friction nearly reaches its full size
 MISSED = 0.1  # fraction of an acceleration that the servos do not compensate
-MASS, LEAST_INERTIA = 10.0, 0.1  # [kg] mass at the flange that a joint moves; [kg m2] minimum inertia of a joint
+# [kg] mass at the flange that sets the inertia of each joint; [kg m2] minimum inertia of a joint
+MASS, LEAST_INERTIA = 10.0, 0.1
 NOISE, ENCODER = 2e-5, 1e-4  # [rad, m] standard deviation of the noise, and resolution of the encoders
 
 

@@ -42,7 +42,7 @@ from vrs_cli.values.measured import BodyMode, DivergenceAlarm, DivergenceCause, 
 EXPLAINED = 0.9  # fraction of the squared residuals that a cause must explain
 KICKED = 0.6  # this fraction for a joint that blocks in full motion, because it disturbs the other joints
 WAY = 10.0  # minimum displacement that counts as motion [standard deviations of the noise]
-LATELY = 0.15  # [s] duration of the latest samples, from which present errors are judged
+LATELY = 0.15  # [s] samples of this last interval show the current errors
 MAX_DELAY = 1.5  # [s] maximum delay
 MAX_GROWTH = 0.5  # [s/s] maximum growth of a delay
 SETTLING = (12.0, 24.0, 48.0, 96.0)  # [1/s] rates at which the deflection by a load may settle, tried one by one
@@ -51,7 +51,7 @@ Likely = tuple[DivergenceCause, str]
 
 
 class Sample(NamedTuple):
-    """A report of the arm: its joints at time t [s], and its mode."""
+    """A report of the arm, as evidence: its joints at time t [s], and its mode."""
 
     t: float
     joints: Joints
@@ -154,8 +154,10 @@ def _delay(it: Evidence) -> tuple[float, float, float]:
 
 
 def _standing(it: Evidence) -> Likely | None:
-    """Test for joints that are at rest although the timeline moves them, while the other joints follow it."""
-    it = it._replace(noise=it.pure_noise)  # the errors of a joint at rest need no model of its motion
+    """Test for blocked joints, that is, joints that are at rest although the timeline moves them, while the other
+    joints follow it."""
+    # a joint at rest has no errors of motion, so the uncertainty of the healthy model does not count
+    it = it._replace(noise=it.pure_noise)
     back = it.measured[::-1]
     still = np.maximum.accumulate(back, axis=0) - np.minimum.accumulate(back, axis=0) < 3.0 * it.noise
     samples = np.minimum.accumulate(still, axis=0).sum(axis=0)  # number of samples since each joint last moved
@@ -230,7 +232,7 @@ APART = 0.009  # [s] minimum time between two reports; closer ones are skipped, 
 GAP = 0.5  # [s] maximum gap between reports; after a longer gap all sums start again
 FALSE_ALARMS = 1e-6  # [1/h] rate of false alarms for normal noise
 JOINT_ALLOWANCE = 9.0  # allowance on a squared residual with one degree of freedom: 3 standard deviations
-TOOL_ALLOWANCE = 14.0  # as JOINT_ALLOWANCE, for the squared error of the tool's position (three degrees of freedom)
+TOOL_ALLOWANCE = 14.0  # allowance on the squared error of the tool's position, with three degrees of freedom
 LOAD_WINDOW = 8  # maximum number of blocks searched for a load: over longer times, healthy errors may look like a load
 SAG = 0.1  # [rad, m] maximum displacement of a joint under its usual load
 DECIDE = 0.2  # [s] delay from detection to the alarm, to collect more evidence of the cause
@@ -294,8 +296,9 @@ class DivergenceWatch:
         """Start again, for instance after a resynchronisation; keep the learned healthy model."""
         self._sums: Floats = np.zeros(len(self._allowances))
         self._onsets: Floats = np.full(len(self._allowances), inf)
-        self._loads: deque[Floats] = deque(maxlen=LOAD_WINDOW)  # evidence for a load by block, the newest first
-        self._cell: list[tuple[float, Floats]] = []  # times and residuals of the present block
+        # sums from which a load is inferred, one item per block, the newest first
+        self._loads: deque[Floats] = deque(maxlen=LOAD_WINDOW)
+        self._cell: list[tuple[float, Floats]] = []  # times and residuals in the current block
         self._waiting: deque[list[Blocks]] = deque()  # blocks to learn from, by second; the last is incomplete
         self._found: tuple[float, float] | None = None  # [s] times of the onset and of the alarm to raise
         self._calm = 0
@@ -304,8 +307,8 @@ class DivergenceWatch:
         self.diverged = False
 
     def take(self, timeline: Timeline, report: Report, *, ordered: bool = True) -> DivergenceAlarm | None:
-        """Compare a report with the present timeline of the robot; return an alarm if one is due. Reports older than
-        the last one are ignored, and so are reports that the arm holds still, if this was `ordered`."""
+        """Compare a report with the current timeline of the robot; return an alarm if one is due. Reports older than
+        the last one are ignored, and so are reports which say that the arm holds still, if it was `ordered` to."""
         last = self._samples[-1].t if self._samples else -inf
         if timeline is not self._timeline:
             if self._timeline is not None:

@@ -116,7 +116,7 @@ def torques(
         inertia = link.R @ inertial.inertia[i] @ link.R.transpose(0, 2, 1)
         turning = _times(inertia, wd) + np.cross(w, _times(inertia, w)) + np.cross(centre, own)
         force = force + own
-        moment = moment + turning + np.cross(link.lever, force)  # about the origin of the previous frame
+        moment = moment + turning + np.cross(link.lever, force)  # moment about the origin of the previous link's frame
         found[:, i] += np.einsum("ni,ni->n", link.axis, force if link.slides else moment)
     return found
 
@@ -255,7 +255,7 @@ def solid_of_link(model: RobotModel, link: int) -> UnitSolid | None:
         if shape.link == link:
             try:
                 parts.append(point_masses(shape.body))
-            except VrsError:  # a mesh that cannot be read
+            except VrsError:  # the link has a mesh that cannot be read
                 continue
     volumes = np.concatenate([part.volumes for part in parts]) if parts else np.zeros(0)
     if not volumes.sum() > 0.0:
@@ -291,13 +291,14 @@ def point_masses(body: Body) -> PointMasses:
 def _capsule(start: Vector, end: Vector, radii: tuple[float, float]) -> PointMasses:
     """Return point masses of the convex hull of two balls: a cap of each ball, and the cone between the caps."""
     (r, s), far = radii, hypot(*vector_difference(end, start))
-    if far <= abs(r - s):  # one ball contains the other
+    if far <= abs(r - s):  # one ball contains the other, so the hull is the larger ball
         centre, r, s, far = (start, r, r, 0.0) if r >= s else (end, s, s, 0.0)
         T = _along_z(centre, (0.0, 0.0, 1.0))
     else:
         T = _along_z(start, vector_difference(end, start))
     lean = asin((r - s) / far) if far else 0.0
-    low, high = r * np.sin(lean), far + s * np.sin(lean)  # heights of the two circles
+    # heights of the two circles at which the cone touches the balls
+    low, high = r * np.sin(lean), far + s * np.sin(lean)
     r_low, r_high = r * np.cos(lean), s * np.cos(lean)
     parts = [_slices((-r, low), lambda z: _disc(z, (max(r * r - z * z, 0.0)) ** 0.5))]
     if high - low > 0.0:

@@ -24,16 +24,16 @@ from vrs_cli.kinematics.joints import Joints
 PRIOR = (0.01, 0.05, 0.005, 0.003, 0.05, 0.005, 0.003, 0.02)
 BEGUN = 1e-3  # [rad/s, m/s] speed above which the dry friction of a joint has its full size
 ACTIVITY = (0.01, 0.1, 0.4)  # bounds between classes of activity, as fractions of the velocity and acceleration limits
-START = 2e-3  # [rad, m] assumed noise before anything is learned
+START = 2e-3  # [rad, m] noise assumed before anything is learned
 LEAST_NOISE = 2e-4  # [rad, m] minimum noise (0.011 deg): backlash, and errors too small to matter to an operator
 STICK = 2e-3  # [rad, m] deviation from the set point at which dry friction may hold a nearly resting joint
 SLOW = 5e-3  # [rad/s, m/s] speed below which a joint hardly moves
-FEW = 100  # number of blocks after which a class has its own noise
+FEW = 100  # number of blocks from which a class of activity learns its own noise
 GRAVITY = 9.81  # [m/s2] acceleration of gravity
 MEMORY = 12_000.0  # number of blocks (10 minutes of motion) after which learned data have a third of their weight
 OUTLIER = 4.0  # limit of a residual [standard deviations]; larger ones are reduced to it
 TAIL = 1.5  # maximum ratio of the largest healthy error so far to the standard deviation of the noise
-RELATIVE = 0.1  # standard error of the predicted residual, as a fraction of this residual
+RELATIVE = 0.1  # assumed standard error of a predicted residual, as a fraction of this residual
 CORRELATED = 4.0  # number of successive blocks that count as one, because their errors are correlated
 
 
@@ -110,7 +110,7 @@ class HealthyResidual:
         mean = np.einsum("bnk,nk->bn", features, self._coefficients)
         unknown = np.einsum("bnk,nkl,bnl->bn", features, self._covariance, features)
         noise = self.noise[self._classes(blocks)]
-        moving = mean - self._coefficients[:, 0]  # RELATIVE applies to the residual without its offset
+        moving = mean - self._coefficients[:, 0]  # the predicted residual without its offset, to which RELATIVE applies
         slow = STICK * np.exp(-((np.abs(blocks.velocity).min(axis=1) / SLOW) ** 2))
         return HealthyError(mean, np.sqrt(noise**2 + unknown + (RELATIVE * moving) ** 2 + slow**2), noise)
 
@@ -139,8 +139,9 @@ class HealthyResidual:
             self._peak[number] = np.maximum(self._peak[number] * decay, these.max(axis=0))
         # the noise must be large enough for the largest error so far
         own = np.maximum(np.sqrt(self._squares / np.maximum(self._weight, 1.0)), self._peak / TAIL)
-        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)  # larger while few blocks are learned
-        self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # the noise must increase with activity
+        # assume more noise while only a few blocks have been learned
+        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)
+        self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # the noise must not decrease with activity
         self.learned += len(blocks.times)
 
 

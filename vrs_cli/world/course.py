@@ -114,7 +114,7 @@ class WorldCourse:
         return self._simulation.tool(t)
 
     def graspable(self, t: float) -> str | None:
-        """Return the part that the hand would take if it closed at t [s] from its present opening."""
+        """Return the part that the hand would take if it closed at t [s] from its current opening."""
         found = part_between(
             self._settings, self.standing(t).items(), self.tool(t), (self.opening(t) * self._settings.opening, 0.0)
         )
@@ -234,7 +234,7 @@ class WorldCourse:
         return max(until, self.begins)
 
 
-MAX_COURSES = 6  # maximum number of courses kept in memory
+MAX_COURSES = 6  # maximum number of courses (states of the world over time) that are kept in memory
 
 
 class World:
@@ -272,6 +272,7 @@ class World:
             same = course.timeline.same_until(timeline)
             if same > since:
                 best, since = course, same
-            if same >= course.timeline.end:  # the new timeline only adds motions at the end
+            # no course can have more in common: the new timeline only adds motions at the end
+            if same >= course.timeline.end:
                 break
         return WorldCourse(self.settings, timeline) if best is None else best.for_edit(timeline, since)

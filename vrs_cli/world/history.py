@@ -1,5 +1,5 @@
 """The history of a world: values that are computed forward in time and can be reverted to any earlier time. Also a grid
-that finds bodies at rest near a place, and the surface below a body."""
+that finds bodies at rest near a place, and functions that find the surface below a body."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class Due(NamedTuple):
 
 
 class WorldHistory:
-    """Values by key, planned events, and rows by key. A row is a tuple that begins with its time; rows are only
-    appended. `back_to` reverts everything to an earlier time."""
+    """The state of a world and its past: values by key, rows by key, and planned events. A row is a tuple that begins
+    with its time; rows are only appended. `back_to` reverts everything to an earlier time."""
 
     def __init__(self) -> None:
         self.now = -inf

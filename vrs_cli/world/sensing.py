@@ -33,7 +33,7 @@ from vrs_cli.world.solids import Solid, Solids, frame_of, separation, solids_of
 GRAVITY = 9.81  # [m/s2] acceleration of gravity
 MIN_STEP_S = 2.0**-11  # [s] minimum step: half a millisecond, so that no stay of 1 ms in a region is missed
 FINEST = 2.0**-22  # [s] resolution of the instants found, counted from the start of their segment
-MAX_PASSAGES = 100_000  # maximum number of cached results
+MAX_PASSAGES = 100_000  # maximum number of results (passages) in the cache
 
 
 class Crossing(NamedTuple):
@@ -102,8 +102,8 @@ class SeenBody(NamedTuple):
 
 
 class Way(NamedTuple):
-    """The motion of a named body: its pose as a function of the time since the start [s], and a bound on the speed of
-    all its points [m/s]. `growth`: the maximum rate at which that bound increases [m/s2]."""
+    """The motion of a named body: its `pose` as a function of the time since the start [s], and `pace`, a bound on the
+    speed of all its points [m/s] at each time. `growth`: the maximum rate at which that bound increases [m/s2]."""
 
     body: str
     pose: Callable[[float], Transform]
@@ -198,7 +198,8 @@ class Sensing:
                 return sum([lever * abs(value(rate, s)) for lever, rate in zip(arms, rates, strict=True)])
 
             return Way(sight.body, pose, pace, growth, duration)
-        if self._arm.steady is not None:  # no bound is known for the tool: use minimum steps
+        # no bound on the tool's speed is known for such an arm: search with minimum steps
+        if self._arm.steady is not None:
             return Way(sight.body, pose, lambda _: inf, 0.0, duration)
         base = inverse(frames.base)
         at_tip = sight.T if sight.at_tool else compose(inverse(frames.tool), sight.T)
@@ -274,7 +275,7 @@ def _clearance(solid: Solid, T_region_body: Transform, region: Region) -> float:
     between = region.distance(moved_point(T_region_body, solid.middle))
     if between > 1.5 * solid.reach:
         return between - solid.reach
-    if between <= 0.0 < solid.depth:  # the ball inside the solid gives a minimum depth
+    if between <= 0.0 < solid.depth:  # the bodies overlap at least as deep as the ball inside the solid shows
         return between - solid.depth
     found = separation(solid, T_region_body, region.solid).distance
     return found if found > 0.0 else min(found, between - solid.depth, -0.0)

@@ -54,7 +54,7 @@ class WorldSettings:
         self.computed = frozenset(self.sensed | followed)
 
     def fits(self, state: world.WorldState) -> bool:
-        """Return whether a state names only parts, sensors, feeders and sinks of this cell."""
+        """Return whether all parts, sensors, feeders and sinks that a state names exist in this cell."""
         falling = {one.what.part for one in state.due if isinstance(one.what, world.PartLands)}
         bodies = falling | {state.held or FINGERS, *state.stack, *state.inside}
         regions = [region for several in state.inside.values() for region in several]
@@ -77,7 +77,7 @@ class WorldSettings:
         return known
 
 
-SLACK = 1e-6  # [m] tolerance for equal widths
+SLACK = 1e-6  # [m] widths that differ by no more count as equal
 
 
 def part_between(
@@ -113,7 +113,7 @@ def part_between(
 
 
 def add_grip(history: WorldHistory, settings: WorldSettings) -> None:
-    """Record the held part and the present opening of the hand. Fingers stop at the part that they hold. While the
+    """Record the held part and the current opening of the hand. Fingers stop at the part that they hold. While the
     fingers move, record the opening from which they started."""
     name, opening = history.get("held"), history.get("hand")
     if name is not None:
@@ -186,6 +186,7 @@ def restore(history: WorldHistory, settings: WorldSettings, state: world.WorldSt
     for due in state.due:
         what = due.what
         if isinstance(what, world.PartLands):
-            put(history, what.part, settings.solids[what.part], what.T)  # so that parts that fall later can land on it
+            # record where the part will rest, so that parts that fall later can land on it
+            put(history, what.part, settings.solids[what.part], what.T)
         history.plan(due.time, what)
     add_grip(history, settings)

@@ -38,8 +38,8 @@ MAX_AT_ONE_INSTANT = 1000  # maximum number of events at one instant; stops rule
 
 
 class ArmEnters(world.Happening, frozen=True):
-    """The start of the arm's motion along the segment with this index. Crossings are searched only after `since`
-    [s]."""
+    """The event that the arm begins to move along the segment with this index. Crossings are searched only after
+    `since` [s]."""
 
     segment: int
     since: float
@@ -50,7 +50,7 @@ class ArmEnters(world.Happening, frozen=True):
 
 
 class StackFalls(world.Happening, frozen=True):
-    """The fall of the bodies on the held part, because the arm begins to move this part away."""
+    """The event that the bodies lying on the held part fall, because the arm begins to move this part away."""
 
     @property
     def rank(self) -> int:
@@ -85,7 +85,7 @@ class Simulation:
                 history.set("events", index + 1)
                 self._set_channel(timeline.event(index))
                 continue
-            count = count + 1 if coming == instant else 0  # counts planned events only
+            count = count + 1 if coming == instant else 0  # number of planned events so far at this instant
             instant = coming
             if count > MAX_AT_ONE_INSTANT:
                 self._note("ENDLESS", "rules of the cell drive each other without end")
@@ -185,7 +185,8 @@ class Simulation:
         history, opening = self.history, self._settings.opening
         gap = history.get("hand") * opening
         for due in history.due:
-            if isinstance(due.what, world.FingersArrive):  # keep the gap at which the moving fingers started
+            # the fingers are still moving: use the gap at which they started
+            if isinstance(due.what, world.FingersArrive):
                 gap = due.what.before
         history.set("hand", event.value)
         history.drop(lambda what: isinstance(what, world.FingersArrive))
@@ -288,7 +289,8 @@ class Simulation:
         lasting = up_to_grid(sqrt(2.0 * found.drop / GRAVITY))
         self._span_begins(name, world.SpanKind.FALLS, T, found.on)
         low = T._replace(pz=T.pz - found.drop)
-        put(history, name, settings.solids[name], low)  # so that parts that fall later can land on it
+        # record where the part will rest, so that parts that fall later can land on it
+        put(history, name, settings.solids[name], low)
         history.plan(history.now + lasting, world.PartLands(name, low, found.on))
         if settings.sensing.regions:
             self._pass(name, settings.sensing.in_fall(name, T, lasting), 0.0, inf, moved=False)
@@ -304,7 +306,7 @@ class Simulation:
             self._note("EDGE", f"{name} rests on an edge of {on[0]}")
 
     def _plan_unstack(self) -> None:
-        """Plan the fall of the bodies on the held part for the next time the arm moves."""
+        """Plan that the bodies lying on the held part fall when the arm next moves."""
         history, timeline = self.history, self._timeline
         history.drop(lambda what: isinstance(what, StackFalls))
         t = history.now
@@ -417,7 +419,7 @@ class Simulation:
         for region in sorted(before ^ inside):
             bodies = history.get(("region", region), frozenset[str]()) ^ {body}
             history.set(("region", region), bodies)
-            if bodies <= {body}:  # the first body enters, or the last one leaves
+            if bodies <= {body}:  # the sensor changes: the first body enters, or the last one leaves
                 history.add((SEES, region), (history.now, bool(bodies)))
             self._show(self._settings.scene.sensors[region].signal, bool(bodies))
 

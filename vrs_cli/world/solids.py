@@ -141,7 +141,7 @@ def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
         nearer, simplex = _nearest(simplex)
         closer = sqrt(dot(nearer, nearer))
         if closer >= gap or (best > NOTHING and (closer < best - NOTHING or len(simplex) == 4)):
-            break  # only rounding is left: a separating plane was found
+            break  # the rest is rounding error: a plane that separates the solids was found
         if closer < NOTHING or len(simplex) == 4:
             return Separation(-rims, _ORIGIN)
         v, gap = nearer, closer
@@ -206,7 +206,7 @@ def _on_face(a: Vector, b: Vector, c: Vector) -> tuple[Vector, list[Vector]]:
         return _on_edge(a, c)
     if va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
         return _on_edge(b, c)
-    normal = cross(ab, ac)  # projecting onto the plane is more exact than summing the corners
+    normal = cross(ab, ac)  # project onto the plane, which is more exact than a weighted sum of the corners
     square = dot(normal, normal)
     if not square > 0.0:
         return min((_on_edge(a, b), _on_edge(a, c), _on_edge(b, c)), key=lambda found: dot(found[0], found[0]))
@@ -228,7 +228,7 @@ _AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def _span(solid: Solid, T: Transform, axis: Vector) -> tuple[float, float]:
-    """Return the lower and upper ends of a solid at T along one axis of the world [m]."""
+    """Return the smallest and the largest coordinate of a solid at T along an axis of the world [m]."""
     d = rotated_back(T, axis)
     high = dot(axis, moved_point(T, solid.support(d))) + solid.radius
     low = dot(axis, moved_point(T, solid.support(scaled_vector(d, -1.0)))) - solid.radius
@@ -236,7 +236,7 @@ def _span(solid: Solid, T: Transform, axis: Vector) -> tuple[float, float]:
 
 
 def spread(solids: Solids, T: Transform, axis: Vector) -> tuple[float, float]:
-    """Return the lower and upper ends of a body at T along a unit vector of the world [m]."""
+    """Return the smallest and the largest coordinate of a body at T along a unit vector of the world [m]."""
     spans = [_span(solid, T, axis) for solid in solids]
     return min(low for low, _ in spans), max(high for _, high in spans)
 
@@ -288,7 +288,7 @@ def overlap_by(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform,
 
 
 def _drop(a: Solid, T_world_a: Transform, b: Solid, T_world_b: Transform) -> float:
-    thinner = a._replace(support=_shrunk(a, EDGE))  # so that a body does not count as resting on a body beside it
+    thinner = a._replace(support=_shrunk(a, EDGE))  # shrink a, so that it does not count as resting on a body beside it
     misses = _lower_onto(thinner, T_world_a, b, T_world_b) == inf
     return inf if misses else _lower_onto(a, T_world_a, b, T_world_b)
 
