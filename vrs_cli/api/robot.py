@@ -791,7 +791,7 @@ class Robot:
         return numbers(given, "joints", self._model.joint_count) / self._scales
 
     def _value(self, name: str, given: float | str | Location | ArrayLike) -> Value:
-        given = self._location(given)  # type: ignore[assignment]
+        given = self._location(given)  # type: ignore[assignment]  # may become a Location
         if isinstance(given, Location):
             return given.transform
         if isinstance(given, str):

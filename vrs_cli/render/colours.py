@@ -76,7 +76,7 @@ COLOURS: Palette = {
 
 
 class Bar(Enum):
-    """The kind of a row that has its own background."""
+    """The kind of a bar: a row of the screen, such as the status line, with its own background."""
 
     STATUS = "status"
     TITLE = "title"
@@ -85,7 +85,7 @@ class Bar(Enum):
     ARGUMENT = "argument"
 
 
-# colours of the text and of the background
+# (colour of the text, colour of the background) of each bar
 BARS: Mapping[Bar, tuple[str, str]] = {
     Bar.STATUS: ("#d0d0d0", "#303030"),
     Bar.TITLE: ("#ffffff", "#005f87"),

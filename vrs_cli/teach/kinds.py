@@ -190,7 +190,7 @@ def _value(text: ExerciseText, entry: CellEntry, key: str) -> float | str:
     if isinstance(given, str):
         return text.text(entry, key)
     if _is_number(given):
-        return float(given)  # type: ignore[arg-type]
+        return float(given)  # type: ignore[arg-type]  # `_is_number` has checked it
     text.fault(entry, key, f"{text.prefix(given)}a number, or a text in quotes")
     return 0.0
 

@@ -39,7 +39,8 @@ from vrs_cli.teach.reports.pages import Replay, replay_of
 from vrs_cli.teach.reports.results import grading_from, grading_object
 from vrs_cli.version import __version__
 
-FORK = "fork" in get_all_start_methods() and sys.platform != "darwin"  # system libraries of macOS fail after a fork
+# fork only where it is safe: system libraries of macOS fail after a fork
+FORK = "fork" in get_all_start_methods() and sys.platform != "darwin"
 MAX_RESULT_BYTES = 64_000_000
 RESULT, ERROR = b"+", b"-"  # first byte of the message that a process sends
 NO_MEMORY = 71  # exit status of a process that ran out of memory

@@ -109,7 +109,7 @@ def _decoder(kind: Any) -> msgspec.json.Decoder[Any]:
 
 
 def schema_text(title: str, **kinds: Any) -> str:
-    """Return the JSON Schema of unions and their messages, each under its name."""
+    """Return the JSON Schema of unions of messages, and of the messages in them. `kinds`: the unions by name."""
     (*unions,), components = msgspec.json.schema_components(kinds.values(), ref_template="#/$defs/{name}")
     definitions = {**dict(zip(kinds, unions, strict=True)), **components}
     lines = ",\n".join(f'"{name}": {_json.encode(one).decode()}' for name, one in definitions.items())

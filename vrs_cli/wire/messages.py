@@ -89,8 +89,8 @@ class BranchShown(TaggedValue, frozen=True):
 
 
 class ShowBranch(RobotAct[BranchShown], frozen=True):
-    """Return the timeline of a branch; `joints`: as in `subscribe`. Raises UsageError for an unknown name, and
-    IllegalValue.
+    """Return the timeline of a branch; `joints` [rad, m]: also send straight lines as `pieces` in joint space with at
+    most this error, as for `subscribe`. Raises UsageError for an unknown name, and IllegalValue.
     """
 
     name: str
@@ -102,7 +102,7 @@ MAX_TIMES = 2000  # maximum number of times in one Positions: they take the serv
 if TYPE_CHECKING:
     AnyAct = Act[Any]
     Found = Any
-else:  # the unions that a reader of messages decodes: all acts, and all results of acts
+else:  # the unions of all acts and of all results of acts, which the reader of messages decodes
     _acts = tuple(sorted((*RobotAct.__subclasses__(), *UserAct.__subclasses__()), key=lambda act: act.__name__))
     _found = dict.fromkeys(get_args(act.__orig_bases__[0])[0] for act in _acts)
     AnyAct = Union[_acts]  # noqa: UP007 (a union made from a tuple)
@@ -110,7 +110,7 @@ else:  # the unions that a reader of messages decodes: all acts, and all results
 
 
 class _Typed(Struct, frozen=True, tag_field="type", tag=str.lower, omit_defaults=True):
-    """A struct whose `type` is written before its fields."""
+    """A message: a struct that is written with its `type` before its fields."""
 
 
 class ClientMessage(_Typed, frozen=True, forbid_unknown_fields=True):
@@ -167,8 +167,8 @@ class Line(Command, frozen=True):
 
 class At(Command, frozen=True):
     """An act: a command as a value instead of a line of text, such as `{"kind":"Go",...}` for a motion or
-    `{"kind":"Undo","count":1}`. The JSON Schema lists all kinds. `issued`: as in `line`. `found` of `done` holds the
-    result.
+    `{"kind":"Undo","count":1}`. The JSON Schema lists all kinds. `issued` [s]: the time at which the user sent the act,
+    by the client's estimate of the robot's clock. `found` of `done` holds the result.
     """
 
     act: AnyAct
@@ -192,8 +192,8 @@ class How(Enum):
 
 
 class Answer(ClientMessage, frozen=True):
-    """The answer to the question that `asked` sent with this number; `withdrawn` confirms it. `until`: as in a command;
-    if the answer arrives later, the question is asked again."""
+    """The answer to the question that `asked` sent with this number; `withdrawn` confirms it. `until`: the latest
+    arrival by the server's clock [s]; if the answer arrives later, the question is asked again."""
 
     question: Count
     value: Answered = None
@@ -295,7 +295,8 @@ class Withdrawn(Numbered, frozen=True):
 
 class Done(Numbered, frozen=True):
     """The command or request with this `id` has ended. `version`: the version of the timeline that contains its
-    changes. `status`: the status after it, as in `status`; `found`: the result of an act."""
+    changes. `status`: the values that a prompt shows after it, as in the message `status`; `found`: the result of an
+    act."""
 
     id: Count
     ok: bool = True
@@ -306,7 +307,7 @@ class Done(Numbered, frozen=True):
 
 
 class Located(Result, frozen=True):
-    """The answer to `positions`, in the order of its times, by timeline `version`."""
+    """The answer to `positions`: one position for each time, in the same order, according to timeline `version`."""
 
     version: Count
     positions: tuple[Position, ...]
