@@ -129,7 +129,8 @@ def at_once(dialogue: Dialogue[R]) -> R:
 
 
 class Terminal(Protocol):
-    """Where a session shows its replies and asks its questions, for a person or a program that types the lines."""
+    """A terminal: it shows the replies and asks the questions of a session to a person or a program, who types the
+    lines."""
 
     @property
     def attended(self) -> bool:
@@ -242,8 +243,7 @@ class Ticket(Generic[T]):
     def take_said(self) -> list[Reply | Question]:
         """Return and remove the replies and questions that have not been read yet."""
         there: list[Reply | Question] = []
-        # popleft fails when the queue is empty; a test before it is unsafe, because another thread may take replies,
-        # too
+        # an empty queue is no error; testing it first would be unsafe, because another thread may also take replies
         with suppress(IndexError):
             while True:
                 there.append(self._said.popleft())

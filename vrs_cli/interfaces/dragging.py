@@ -75,8 +75,8 @@ class Range(NamedTuple):
 
 
 class JointPace(NamedTuple):
-    """The distances allowed between each joint and its goal [rad, m]: the goal may be `ahead` of the joint by so much,
-    so that the joint can stop there; a joint counts as late if it is more than `lag` behind its goal."""
+    """The distances allowed between each joint and its goal [rad, m]: the goal may lead a joint by at most `ahead`, so
+    that the joint can stop there; a joint counts as late if it is more than `lag` behind its goal."""
 
     ahead: Joints
     lag: Joints
@@ -102,7 +102,7 @@ class Search:
     def go_on(self, aim: Aim, now: Joints) -> Joints | None:
         """Continue the search. Return joints that bring the tool to the target; None if none are found yet. Without
         progress, restart from another point."""
-        if self._at is None:  # begin at the one of some random joint vectors that the arm can reach soonest
+        if self._at is None:  # begin at the random joint vector that the arm reaches soonest
             if not self._starts:
                 some = islice(self._anywhere, SEARCH_STARTS)
                 self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)
@@ -115,8 +115,8 @@ class Search:
 
 class Pursuit:
     """The computation of the joints for a dragged tool; it uses no clock. `goal`: the last joints found [rad, m];
-    `steady`: whether they bring the tool to the target. `kept`: the configuration of the arm, which stays the same
-    (except the wrist); `range`: the joint ranges in which it does."""
+    `steady`: whether they bring the tool to the target. `kept`: the configuration of the arm, which does not change
+    (except the wrist); `range`: the joint ranges within which the arm has this configuration."""
 
     def __init__(self, arm: RobotArm, q: Joints) -> None:
         self.arm = arm
@@ -287,8 +287,7 @@ def _side_of(arm: RobotArm, q: Joints, kept: Configuration) -> Side | None:
 
 
 def _ticks(a: Joints, b: Joints, step: Joints) -> float:
-    """Return the time that the slowest joint needs between the joint vectors a and b, in units of time in which the
-    joints move by `step`."""
+    """Return how long the slowest joint needs from the joints a to b, if joint i moves by step[i] per unit of time."""
     return max(abs(y - x) / s for x, y, s in zip(a, b, step, strict=True))
 
 

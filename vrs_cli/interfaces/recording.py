@@ -24,10 +24,10 @@ LOOK_STEP_S = 0.01  # [s] time between two samples of the recorded path
 STANDS = 1e-6  # [rad, m] a joint counts as at rest if it moves by less than this
 DECIMALS = 4  # the program gives joint values [deg, mm] with this many decimals
 ATTEMPTS = 6
-FIRST_SHARE = 0.7  # fraction of the tolerance used for choosing points; rounding uses the rest
+FIRST_SHARE = 0.7  # choose points with this fraction of the tolerance, because rounded corners add to the distance
 FINER_SHARE = 0.6  # each new attempt reduces that tolerance and the rounding by this factor
 SAME_POSE_SHARE = 0.2  # skip a sample nearer to the previous one than this fraction of the tolerance
-NEAR_POINTS = 60  # search the nearest point of a path only among the next points of this number
+NEAR_POINTS = 60  # search for the nearest path point only among this many points ahead, to save time
 MAX_RECORDING_S = 3600.0  # [s] maximum duration of a recording
 
 

@@ -3,8 +3,8 @@ one thing at a time. A request is a dialogue: a generator of replies and questio
 the order of their arrival, and users take turns, so that nobody waits for all requests of another user. An urgent
 request is carried out before all others, and requests that have not begun are then refused. While a request waits, for
 an answer or for a program to stop, others continue. `peek` returns the time of the next event, `step` carries out that
-event, and nothing happens between two steps. In a shell, a batch run or a test, `finish` makes steps until a request
-has ended; in a server, `serve` makes them in a separate thread."""
+event, and nothing happens between two steps. In a shell, a batch run or a test, `finish` calls `step` until a request
+has ended; in a server, a separate thread (`serve`) calls it."""
 
 from __future__ import annotations
 
@@ -208,7 +208,7 @@ class Actor:
             self._stepping.release()
 
     def finish(self, ticket: Ticket[T], terminal: Terminal) -> T:
-        """Make steps until a request has ended. Return its result. The terminal shows the replies and asks the
+        """Call `step` until a request has ended. Return its result. The terminal shows the replies and asks the
         questions of the request. Raises the error of the request."""
         try:
             while not ticket.done():
@@ -238,7 +238,7 @@ class Actor:
             ticket.throw(error, said.id if isinstance(said, questions.Question) else 0)
 
     def serve(self) -> None:
-        """Make the steps of the actor in a separate thread, until `close` is called."""
+        """Call `step` repeatedly in a separate thread, until `close` is called."""
         self._server = Thread(target=self._serve, name="robot", daemon=True)
         self._server.start()
 
@@ -409,7 +409,7 @@ class Actor:
     # --- messages ---
 
     def _take(self) -> bool:
-        """Make all calls that are queued in the inbox. Return whether there were any."""
+        """Carry out all calls that are queued in the inbox. Return whether there were any."""
         if not self._inbox and not self._closed:
             return False
         acts = self._inbox.take_all()

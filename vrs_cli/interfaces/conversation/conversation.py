@@ -58,7 +58,8 @@ class Conversation:
         self._left_out = 0  # number of lines with mistakes that were left out of the typed program
         self._pasted = ""  # finished programs and sections of a paste, to be stored together with those that follow
         self._jogger = Jogger(self.session)
-        self._place = lru_cache(maxsize=1)(_place)  # cached, because the prompt asks for the same place after each key
+        # cached, because the prompt needs the same position again after each typed key
+        self._place = lru_cache(maxsize=1)(_place)
 
     # --- lines ---
 

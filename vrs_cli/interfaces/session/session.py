@@ -80,12 +80,12 @@ class Session(station.Station):
 
     def _attend(self) -> Dialogue[None]:
         """Ask the questions of tasks, which then continue. Do nothing for a user who continues typing while programs
-        run: there the front end asks them."""
+        run: the front end asks this user."""
         while not self.user_state.lives and self.driver.open_questions():
             yield from self.ask_for_tasks()
 
     def ask_for_tasks(self) -> Dialogue[None]:
-        """Ask the questions of tasks; the tasks then continue."""
+        """Ask the user the questions of tasks (PROMPT); the tasks then continue."""
         yield from self.driver.ask()
         self.settle()
 

@@ -47,7 +47,7 @@ def check_time(t: float, now: float) -> None:
 
 class BodyChange(Struct, frozen=True):
     """A change of the body. `name`: the client that acts as the body from now on (empty: none); `before`: the client
-    that did before. `order`: to follow the timeline or to hold, from the time `at` [s] on."""
+    that acted as the body until now. `order`: to follow the timeline or to hold, from the time `at` [s] on."""
 
     name: str
     before: str
@@ -147,7 +147,7 @@ class RobotBody:
             return self._numbers.next
 
     def leave(self, name: str) -> bool:
-        """Record that a client no longer acts as the body. Return whether it did before."""
+        """Record that a client no longer acts as the body. Return whether it has acted as the body until now."""
         with self._lock:
             if not name or self.name != name:
                 return False
@@ -362,8 +362,7 @@ class DivergenceGuard:
             self._watch = DivergenceWatch(self._engine.arm)
         timeline, body = self._timeline(), self._body
         for report in reports:
-            # raise no alarm for a body at rest that was ordered to hold, has just connected, or was just ordered to
-            # follow
+            # no alarm for a body at rest that was ordered to hold, has just connected, or was just ordered to follow
             since = max(body.ordered_at, self._entered)
             holds = body.order is measured.BodyMode.HOLDS or report.t < since + DELAYS * body.clock.delay + SETTLES
             if (alarm := self._watch.take(timeline, report, ordered=holds)) is not None:

@@ -489,8 +489,7 @@ class Driver:
         self.tasks.current, signals.place = track.number, None
         self._do(track, self._event(track, budget))
         self.tasks.current = tasks.PROMPT_LINE
-        # note the signal changes that the task itself has just written to the timeline, so that they are not reported
-        # later
+        # note the signal changes that the task itself has just made, so that they are not reported later
         signals.follow_clock()
         # if more reactions are due, let the task continue at the same time: each turn carries out one reaction
         if track.reacts and self._left_now(track) > 0:

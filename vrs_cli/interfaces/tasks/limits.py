@@ -23,9 +23,9 @@ def at_prompt(_option: str) -> str:
 
 class Limits(Struct, frozen=True, kw_only=True):
     """The limits of a run of programs; None: no limit. `max_time`: time of the robot's clock [s]; `max_steps`: steps of
-    all programs together; `max_elements`: elements of arrays and characters of strings; `max_output`: bytes typed;
-    `max_disk`: bytes written to files. All are counted in the same way on every machine. The defaults are for programs
-    that nobody watches: they end an endless program soon. Raises ValueError for an invalid limit."""
+    all programs together; `max_elements`: elements of arrays and characters of strings; `max_output`: bytes printed
+    with TYPE; `max_disk`: bytes written to files. All are counted in the same way on every machine. The defaults are
+    for programs that nobody watches: they end an endless program soon. Raises ValueError for an invalid limit."""
 
     max_time: float | None = 3600.0
     max_steps: int | None = 10_000_000
@@ -77,9 +77,8 @@ REFUSED = ("socket.", "subprocess.", "os.exec", "os.fork", "os.posix_spawn", "os
 
 
 class Isolation:
-    """A context in which this process can open no connection and start no other process. Python calls an audit hook
-    (`sys.audit`) before it does so, and the hook raises an error. A hook cannot be removed, so all contexts share
-    one."""
+    """A context in which this process can open no connection and start no other process: before such an act Python
+    calls an audit hook (`sys.audit`), which raises an error. A hook cannot be removed, so all contexts share one."""
 
     hooked = entered = False
 

@@ -32,8 +32,7 @@ class Observations:
 
     def __init__(self, engine: Engine, tasks: Tasks, signals: Signals) -> None:
         self._engine, self._tasks, self._signals = engine, tasks, signals
-        # last reading by program, operation and signal: its state, the number of the last command before it, its time
-        # [s]
+        # last reading by program, operation and signal: state, number of the last command before it, and time [s]
         self._known: dict[tuple[str, int, int], tuple[bool, int, float]] = {}
         self._numbers = 0  # numbers of `engine.book` used by observations, not by commands
         signals.observer, tasks.observed = self._read, self._record_reaction

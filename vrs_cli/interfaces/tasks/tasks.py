@@ -1,7 +1,7 @@
 """The tasks of one robot, by number: which tasks run or have stopped, what each of them waits for, and which task has
 the robot. Task 0 is the robot program, task 1 the process control program of VAL-II, the others are tasks of V+; task
--1 is a line typed at the prompt. Only one task has the robot: task 0 from its start, or a task that attaches the
-robot."""
+-1 is a line typed at the prompt. Only the task that has the robot may move it: task 0 from its start, or a task that
+attaches the robot."""
 
 from __future__ import annotations
 
@@ -406,8 +406,7 @@ class Tasks(memory.System):
 
     def _run_signal(self, track: Track, *, running: bool) -> None:
         if track.run_signal is not None:
-            # stamp the change with the current time: it then belongs to the program, and UNDO does not revert it as a
-            # command
+            # with a time stamp the change belongs to the program, and UNDO does not revert it as a command
             stamp = commands.Stamp(self._engine.now)
             self._environment.signals.write(track.run_signal if running else -track.run_signal, stamp=stamp)
 
