@@ -32,7 +32,7 @@ try:
 except ImportError:  # raised if the optional package mujoco is not installed
     MujocoArm = None  # type: ignore[assignment,misc]
 
-RATE = 25.0  # samples per second; two samples are then five control steps of a body apart
+RATE = 25.0  # samples per second, so that the time between two samples is exactly five control steps of a body
 BEGINS = 0.4  # the disturbance begins after this fraction of the trial
 MISLED = 1.0  # [deg] if the displayed timeline has a larger error, the operator should have been warned
 EVERY = 3  # only every third report is shown as a frame: about 40 per second

@@ -55,7 +55,7 @@ class Occurrence(Struct, frozen=True):
     span: Span
 
     def is_same(self, other: Occurrence) -> bool:
-        """Return whether both occurrences name the same variable, program or label."""
+        """Return whether both are occurrences of the same variable, program or label."""
         return (self.kind, self.key) == (other.kind, other.key)
 
 

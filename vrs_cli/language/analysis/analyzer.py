@@ -279,7 +279,7 @@ _WAITS = frozenset({"WAIT", "WAIT.EVENT", "CALL", "CALLS", "PAUSE", "RETURN", "S
 
 
 def delays(program: Program) -> Iterator[Diagnostic]:
-    """Warn of the first DELAY that was probably meant to pause the program."""
+    """Warn of the first DELAY that was probably meant to pause the program; DELAY only holds the arm."""
     statements = program.statements
     for number, statement in enumerate(statements, 1):
         if isinstance(statement, ast.Instruction) and statement.word == "DELAY":
@@ -416,8 +416,8 @@ _IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS | {"REACT", "REACTI", "REACTE", "RETURN
 def analyze(
     program: Program, known: Mapping[str, Kind] | None = None, programs: Mapping[str, Program] | None = None
 ) -> Analysis:
-    """Analyse a program. `known`: the kinds of the variables that have a value; `programs`: the programs in memory, by
-    key."""
+    """Analyse a program. `known`: the kinds of the variables that have a value, by key; `programs`: the programs in
+    memory, by key."""
     return analyze_among(Surroundings({} if known is None else known, programs or {}), program)
 
 
@@ -528,7 +528,7 @@ class _Steps(Expressions):
     # --- lines ---
 
     def header(self, heading: Program | ProgramHeader) -> None:
-        """Check the parameters of a program."""
+        """Check the parameters in the heading of a program."""
         parameters = heading.parameters
         keys = [parameter.key for parameter in parameters]
         for place, parameter in enumerate(parameters):
@@ -778,7 +778,8 @@ class _Steps(Expressions):
                 self.warn(WithoutEffect, value.span, detail, hint)
 
     def _return(self, statement: ast.Instruction) -> None:
-        """Warn of RETURN 5, RETURN a * 2 and RETURN with a parameter, which look as if they return a value."""
+        """Warn of RETURN 5, RETURN a * 2 and RETURN with a parameter, which look as if they return a value (RETURN n
+        skips n steps after the CALL)."""
         given = statement.arguments[0] if len(statement.arguments) == 1 else None
         if isinstance(given, ast.Number | ast.Binary) or (
             isinstance(given, ast.Variable) and given.key in self.parameters

@@ -29,7 +29,7 @@ from vrs_cli.values.diagnostics import Diagnostic, DiagnosticCollector, Dialect,
 
 
 def structure_of(program: Program) -> Structure:
-    """Pair the opening and closing steps of all blocks, and find the labels."""
+    """Pair the opening and closing steps of all blocks in a program, find its labels, and report mistakes in both."""
     structure = Structure()
     for index, step in enumerate(program.steps):
         if step.label is not None and (before := structure.labels.setdefault(step.label, index)) != index:
@@ -277,7 +277,7 @@ def _leaves(statement: Statement | None) -> bool:
 
 
 def _reachable_steps(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> set[int]:
-    """Return the indexes of all steps that can be reached from the first one."""
+    """Return the indexes of all steps that the program can reach from its first step."""
     jumps: dict[int, tuple[int, ...]] = {}  # for each opener, middle and closer of a block: the steps that may be next
     for block in blocks:
         after, inside = block.closer + 1, tuple(middle + 1 for middle in block.middles)
@@ -300,7 +300,7 @@ def _reachable_steps(program: Program, blocks: Sequence[Block], labels: Mapping[
         if label is not None:
             waiting.append(labels[label])
         waiting += jumps.get(index, () if _leaves(statement) else (index + 1,))
-        if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:  # may leave a loop
+        if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:  # it may continue after any block
             waiting += (block.closer + 1 for block in blocks if block.opener < index < block.closer)
     return reached
 

@@ -185,8 +185,8 @@ class ProgramCompiler(ExpressionCompiler):
         self._counted = None
 
     def _ends_silently(self, place: int) -> bool:
-        """Return whether the program can continue from this operation to its end, or to the end of the block, without a
-        counted operation."""
+        """Return whether the program, from this operation on, reaches its end or a block without counted operations
+        before it carries out a counted operation."""
         while place not in self._numbers:
             op = self._lowered.ops[place]
             if not lowering.is_silent(op) or isinstance(op, lowering.Finish):
@@ -509,12 +509,12 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
 
     @cached_property
     def everywhere(self) -> Variant:
-        """Compile the variant that can be entered at every operation."""
+        """Return the variant of the function that can be entered at every operation, compiled on first use."""
         with pause_collector():
             return ProgramCompiler(self.library, self.analysis, self.lowered).variant(everywhere=True)
 
     def variant(self, op: int) -> Variant:
-        """Return a variant of the function that can be entered at an operation."""
+        """Return a variant of the function that can be entered at operation `op`: the ordinary one if possible."""
         return self.ordinary if op in self.ordinary.numbers else self.everywhere
 
     def stand(self, step: int) -> int | None:

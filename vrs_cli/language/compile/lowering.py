@@ -19,7 +19,7 @@ from vrs_cli.language.words.instructions import DECLARATIONS, LOOP_JUMPS
 
 
 class Op(Struct, frozen=True):
-    """An operation of a lowered program. `step`: the index (from 0) of the step that it carries out."""
+    """An operation in the flat list. `step`: the index (from 0) of the step that it carries out."""
 
     step: int
 
@@ -99,7 +99,7 @@ class CaseTest(CaseBegin, frozen=True):
 
 
 class Lowered(Struct, frozen=True):
-    """A lowered program.
+    """A program as a flat list of operations.
 
     `entries`: for each step, the number of the operation at which it is entered; the last entry is the end of the
     program. `slots`: the number of pairs of values in the frame, which are kept while a call of the program is active

@@ -313,7 +313,7 @@ NO_WAIT = 1  # mode bit of READ and GETC: return immediately if there is no inpu
 
 
 class Access(Enum):
-    """The purpose for which a file is opened."""
+    """The purpose for which a file is opened. The values are the instructions."""
 
     READ = "FOPENR"
     WRITE = "FOPENW"

@@ -108,7 +108,7 @@ class Unset:
 
 
 UNSET = Unset()
-MAX_BOUND = 200  # maximum number of bound calls with which a further direct call is made; this limits their nesting
+MAX_BOUND = 200  # above this number of bound calls, no more direct functions are bound; this limits how deep they nest
 
 # Functions that carry out instructions. They take the values of the operands, and return the requests and effects that
 # the program yields. They themselves change variables, signals and timers.

@@ -211,7 +211,7 @@ class System:
 # --- timers and programs ---------------------------------------------------------------------------------------------
 
 
-LAST_TIMER = 15  # highest timer number; V+ also has timers with negative numbers
+LAST_TIMER = 15  # highest timer number; the lowest is -15, because V+ also has negative timer numbers
 
 
 class Timers:

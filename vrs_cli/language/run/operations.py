@@ -517,7 +517,7 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "$TIME": clock_text,
     "STATUS": lambda it, name: float(it.environment.system.program_status(name)),
     "TASK": about_task,
-    "GET.EVENT": lambda it, task: float(it.environment.system.event(_task(it, task))),  # 1 if set; there is one event
+    "GET.EVENT": lambda it, task: float(it.environment.system.event(_task(it, task))),  # a task has only one flag
     "CONFIG": present_configuration,
     "LATCH": lambda it, select: latched_place(it, select)[0],
     "#PLATCH": lambda it, select: latched_place(it, select)[1],

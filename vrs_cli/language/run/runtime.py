@@ -475,7 +475,7 @@ class Task:
                 performed = activation.program.compilation.lowered.ops[op]
                 if not (isinstance(performed, Perform) and isinstance(performed.statement, ast.Instruction)):
                     known = trace.tb_frame.f_locals
-                    left = known.get("n", left)  # not for an instruction: before it, n is stored in the context
+                    left = known.get("n", left)  # take n from the frame; only before an instruction `turn` has it
                     if not known.get("s", True):  # if the steps of the whole run were counted, do not count later ones
                         left += activation.program.compilation.ordinary.following.get(op, 0)
             trace = trace.tb_next

@@ -56,7 +56,7 @@ class Signals:
     state.
 
     `listeners`: functions called with the number and the new state of each signal that changes as time passes, but not
-    after UNDO or when another timeline is loaded. `names`: the names of signals, by number. `observer`: a function
+    for differences after UNDO or on another timeline. `names`: the names of signals, by number. `observer`: a function
     called with the number and the state of each signal that `observe` reads. `place`: the number of the operation that
     is reading signals, if known.
     """
@@ -115,7 +115,7 @@ class Signals:
         return sum(self.observe(number) << bit for bit, number in enumerate(self._group(first, count)))
 
     def with_names(self, text: str) -> str:
-        """Return a text with the names of the signals whose numbers it contains added: `SIG(1003) (1003 is
+        """Return a text, followed by the names of the signals whose numbers it contains: `SIG(1003) (1003 is
         part.there)`."""
         numbers = dict.fromkeys(int(digits) for digits in re.findall(r"\b[0-9]{1,4}\b", text)) if self.names else ()
         named = ", ".join(f"{number} is {self.names[number]}" for number in numbers if number in self.names)
@@ -238,7 +238,7 @@ class Signals:
             self._timeline = self.engine.timeline
 
     def at(self, t: float) -> tuple[int, ...]:
-        """Return the outputs and inputs that are on at a time [s], sorted."""
+        """Return the numbers of the outputs and inputs that are on at the time t [s], sorted."""
         assert self.engine is not None
         numbers = {*self.engine.timeline.channels} - {HAND}
         if self.cell_inputs is not None:
@@ -253,7 +253,7 @@ class Signals:
         return tuple(number if number in self._on else -number for number in numbers)
 
     def on_at(self, signal: int, t: float) -> bool:
-        """Return whether an output or an input is on at a time [s]."""
+        """Return whether an output or input is on at the time t [s]."""
         assert self.engine is not None
         timeline, computed = self.engine.timeline, self.cell_inputs
         if computed is not None and signal in computed.numbers:

@@ -113,7 +113,7 @@ class Cells(dict[str | Index, Value]):
         return f"{spelling}[{'' if isinstance(key, str) else subscript(key)}]"
 
     def deny(self, key: str | Index) -> NoReturn:
-        """Raise TypeMismatch, because the bare name exists with the other kind. (Compiled programs call this too.)"""
+        """Raise TypeMismatch for a bare name that exists with the other kind. Compiled programs also call this."""
         other = OTHER_KIND[self.kind]
         raise TypeMismatch(f"{self.name(key)} is a {other.value}", f"a {self.kind.value} is wanted here")
 

@@ -25,7 +25,7 @@ ANGLES, AXES = 6, 12  # count of numbers that define a transformation: with thre
 
 
 class Node(Struct, frozen=True, kw_only=True):
-    """A node of the tree, with its position in the source."""
+    """A node of the syntax tree. `span`: its position in the source."""
 
     span: Span
 
@@ -124,7 +124,7 @@ class ProgramCall(Node, frozen=True):
 
     @property
     def key(self) -> str:
-        """Return the name under which the program is stored."""
+        """Return the name under which the program is stored: lower case, first 15 characters."""
         return self.name.lower()[:NAME_LENGTH]
 
 
@@ -271,7 +271,7 @@ class Any(Node, frozen=True):
 
 
 class End(Node, frozen=True):
-    """The `END` of a block."""
+    """The line `END`, which ends an IF, WHILE, FOR or CASE."""
 
 
 class BadLine(Node, frozen=True):
@@ -330,7 +330,7 @@ class Program(Node, frozen=True, dict=True, weakref=True):
 
     @property
     def key(self) -> str:
-        """Return the name under which the program is stored."""
+        """Return the name under which the program is stored: lower case, first 15 characters."""
         return self.name.lower()[:NAME_LENGTH]
 
 

@@ -233,7 +233,7 @@ class _Given(Struct):
         if not wanted.repeated:
             hint, first = "", next(iter(self.arguments), None)
             if wanted.shape is Shape.PLACE and len(self.values) > 2 and isinstance(first, ast.Variable):
-                hint = f"{self.row.name} {first.sigil}{first.name} = TRANS(x, y, z, o, a, t)"  # POINT p = 0, 500, 0
+                hint = f"{self.row.name} {first.sigil}{first.name} = TRANS(x, y, z, o, a, t)"  # for POINT p = 0, 500, 0
             self._refuse_beyond(self.values, 1, "values", hint)
 
     def put_group(self, _open: Token, *given: _Piece | Token) -> None:
@@ -276,7 +276,8 @@ class _Given(Struct):
         """Return the arguments in the order of the table row, with the task number as the last argument, and None for
         omitted arguments."""
         row, items = self.row, self.arguments
-        if 0 < row.group_size < len(row.arguments) and not self.grouped and items:  # ACCEL (1) 50, or ACCEL 50
+        # the group in parentheses may be omitted: ACCEL 50 has None in place of the 1 in ACCEL (1) 50
+        if 0 < row.group_size < len(row.arguments) and not self.grouped and items:
             items = [*[None] * row.group_size, *items]
         if self.led:
             plain = sum(not argument.lead for argument in row.arguments)

@@ -553,7 +553,7 @@ class Lexer:
         if self._text.startswith("#(", at):
             raise self._refusal(CannotInterpret, at, at + 1, "#", FOREIGN_FUNCTIONS["PPOINT"])
         if sign is not None:
-            divides = self._operand and re.compile(QUOTIENT).match(self._text, at)  # TYPE 7 // 2
+            divides = self._operand and re.compile(QUOTIENT).match(self._text, at)  # true for TYPE 7 // 2
             hint = WHOLE if divides else OWN_COMMENT
             raise self._refusal(CannotInterpret, *sign.span(), f"{sign[0]} begins no comment", hint)
 

@@ -48,7 +48,7 @@ MEANT_ELSEWHERE = {  # words of VAL-II that mean something else in other languag
     "WAIT": "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass",
     "RANDOM": "1 + INT(6 * RANDOM) is a whole number from 1 to 6",
 }
-_ONLY_READ = {  # functions to which students try to assign a value, with a hint how to change the value
+_ONLY_READ = {  # functions to which students try to assign a value, with a hint on what to write instead
     "SIG": f"SIG(1) is the state of a signal; {MEANT_ELSEWHERE['SIGNAL']}",
     **dict.fromkeys(("DX", "DY", "DZ"), "SET p = SHIFT(p BY dx, dy, dz) moves a place"),
 }
@@ -180,8 +180,8 @@ def own_word(foreign: str) -> str:
 
 
 def own_function(foreign: str) -> str:
-    """Return a hint how to replace a function of another language in VAL-II, or "". The module of the function (before
-    the last dot) is ignored."""
+    """Return a hint on what to write in VAL-II for a function of another language, or "". The module of the function
+    (before the last dot) is ignored."""
     return FOREIGN_FUNCTIONS.get(foreign.upper().rpartition(".")[2], "")
 
 
@@ -199,7 +199,7 @@ def form_of(row: WordRow) -> str:
 
 
 def way(foreign: str, *, at_prompt: bool) -> str:
-    """Return a hint how to replace a word of another language in VAL-II, or ""."""
+    """Return a hint on what to write in VAL-II for a word of another language, or ""."""
     ours = own_word(foreign)
     row = (COMMANDS.get(ours) if at_prompt else None) or PROGRAM_WORDS.get(ours)
     if row is not None:
