@@ -248,7 +248,7 @@ def _find(
 
 
 def _watch(options: Namespace, model: RobotModel) -> int:
-    """Check again whenever a file changes, until Ctrl-C."""
+    """Check all files again whenever one of them changes, until Ctrl-C."""
     import time
 
     seen: object = None

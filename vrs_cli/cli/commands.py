@@ -16,7 +16,7 @@ from vrs_cli.cli import kinds
 
 
 class OptionRow(Struct, frozen=True):
-    """An option or an argument.
+    """An option or a positional argument of a subcommand.
 
     `form` is the text that the help shows: "-o --output OUT". An option without a value is true or false; brackets mean
     that a value is optional, and dots that several may be given. A positional argument begins with the name of its

@@ -1,4 +1,4 @@
-"""Carry out `vrs learn`: lessons at the prompt."""
+"""Carry out `vrs learn`: lead a learner through lessons at the prompt."""
 
 from __future__ import annotations
 

@@ -200,7 +200,7 @@ def formats(asked: str | None = None) -> Mapping[str, Exporter]:
 
 
 def _format(formats: Mapping[str, Exporter], asked: str | None, output: str) -> Exporter:
-    """Return the format that the options name, or the format for the file's suffix. Raises
+    """Return the export format that --to names, or the format for the output file's suffix. Raises
     CommandLineError."""
     if asked is not None:
         if asked not in formats:

@@ -64,8 +64,8 @@ def token_of(file: str | None) -> str:
 
 
 def connect(options: Namespace) -> int:
-    """Run the shell at a served robot, or put or get a file; return the exit status. Raises an error if the robot
-    refuses a request."""
+    """Run the shell with a served robot, or copy a file to or from the robot's folder; return the exit status. Raises
+    an error if the robot refuses a request."""
     see = f"see {options.prog} --help"
     refuse(
         (options.called and not options.put, "--as is for --put", see),
@@ -106,7 +106,7 @@ def once(told: Callable[[str], None]) -> Callable[[str], None]:
 
 
 def _put(options: Namespace) -> None:
-    """Put a file into the robot's folder. Raises FileError, or an error if the robot refuses it."""
+    """Copy a local file into the robot's folder. Raises FileError, or an error if the robot refuses it."""
     try:
         data = options.put.read_bytes()
     except OSError as error:
@@ -115,8 +115,8 @@ def _put(options: Namespace) -> None:
 
 
 def _get(options: Namespace) -> None:
-    """Get a file. The local file is written completely or not at all. Raises FileError, or an error if the robot
-    refuses it."""
+    """Copy a file from the robot's folder. The local file is written completely or not at all. Raises FileError, or an
+    error if the robot refuses it."""
     path = Path(options.output or Path(options.get).name)
     if options.output != STANDARD_STREAM and path.exists() and not options.replace:
         raise FileExists(str(path), "--replace overwrites it, -o names another")

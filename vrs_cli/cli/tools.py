@@ -94,7 +94,7 @@ def lsp(options: Namespace) -> None:
 
 
 def robots(options: Namespace) -> None:
-    """Print the list of robots, or one robot."""
+    """Print the list of built-in robots, or the data of one robot."""
     from vrs_cli.kinematics.forms import arm_for
     from vrs_cli.kinematics.robot_file import load_robot, robot_names
     from vrs_cli.render.blocks import Column, Grid, text_of

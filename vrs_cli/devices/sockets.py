@@ -158,7 +158,7 @@ class Sockets(Outside):
         return self._traffic
 
     def _keep(self, arrival: Arrival) -> None:
-        """Queue an arrival. Called in the thread of the traffic."""
+        """Queue an arrival. The thread of `Traffic` calls this method."""
         with self._arrivals_lock:
             self._arrivals.append(arrival)
         self.wake()

@@ -66,7 +66,8 @@ class SocketEnd:
 class _Connection:
     """A connection. `room`: the number of bytes that may arrive before the program reads some. `out`: unsent bytes.
     `asked`: report WRITTEN when all bytes were sent. `ended`: no more bytes arrive. `broken`: bytes can neither arrive
-    nor be sent. `closing`: close it when all bytes were sent. `pause`: the timer of PAUSE."""
+    nor be sent. `closing`: close it when all bytes were sent. `pause`: the timer that reports PAUSED after a silence of
+    PAUSE seconds."""
 
     def __init__(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
         self.device, self.handle, self.ends = device, handle, ends

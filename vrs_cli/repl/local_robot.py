@@ -269,7 +269,7 @@ class Recorder:
 
     @property
     def model(self) -> RobotModel | None:
-        """The robot of the existing file; None for a new file."""
+        """The robot that the existing file names; None for a new file."""
         return None if self._taken.recording is None else self._taken.recording.model
 
     def begin(self, session: Session, terminal: Terminal) -> Message:

@@ -134,7 +134,7 @@ class PlainTerminal:
 
 
 ANSWERS = {"Y": True, "YES": True, "N": False, "NO": False}
-WANTED = "Y or N"  # the reply to an answer that is neither
+WANTED = "Y or N"  # the reply to an answer that is neither yes nor no
 
 
 def yes_or_no(line: str) -> bool | None:

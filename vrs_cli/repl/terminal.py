@@ -65,7 +65,7 @@ class ShellTerminal:
         return self._stream or sys.stdout
 
     def interrupt(self) -> bool:
-        """Stop the awaited command (Ctrl-C). Return False if there is none."""
+        """Stop the awaited command (Ctrl-C). Return False if no command is awaited."""
         self.echoed = True
         return self.screens.interrupt()
 
