@@ -96,7 +96,9 @@ def survey(follower: Follower, path: CartesianPath, lasting: float) -> PathSurve
 
 @lru_cache(REMEMBERED_SURVEYS)
 def _survey(arm: RobotArm, T_flange_tool: Transform, path: CartesianPath, lasting: float) -> PathSurvey:
-    """Search a path; results are cached. Paths of arms without a known wrist (`RobotArm.hand`) are not searched."""
+    """Search a path; results are cached. Paths of arms without a `Hand` (the wrist centre and last axis, from which
+    clearances are computed) are not searched.
+    """
     return PathSurvey() if arm.hand is None else _Search(arm, arm.hand, inverse(T_flange_tool), path, lasting).result()
 
 

@@ -168,7 +168,8 @@ def _gaps_without_proof(continuation: LineProof, follower: Follower, gaps: list[
 
 def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, ...]) -> tuple[Joints, ...]:
     """Return seeds from which Newton's method leads to the joints of a stretch at all times near each seed: the given
-    seeds, or up to 2**SEED_DOUBLINGS times as many. Raises StraightLineSingular if no such seeds are found.
+    seeds, or samples at equal intervals, twice as many after each failed check. Raises StraightLineSingular if
+    SEED_DOUBLINGS checks fail.
     """
     continuation = follower.arm.continuation
     assert continuation is not None

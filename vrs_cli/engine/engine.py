@@ -763,7 +763,9 @@ class Engine:
         return targets.select(self.arm, settings, pose, self.frames, near)
 
     def trial(self, move: Move) -> TimelineDelta:
-        """Plan a motion as `perform` does, without changing the timeline. Raises MotionError, IllegalValue."""
+        """Plan a motion in the same way as `perform`, without changing the timeline. Raises MotionError,
+        IllegalValue.
+        """
         start, executed = self._beginning(move, False)
         motion = self._motion(move, start, executed)
         return self._plan_change(motion, self.now, executed, insert=self.settings.inserts)

@@ -186,7 +186,8 @@ class Snapshot(Struct, frozen=True):
 
     `settings`: the settings at that version. `events`: the events of the window, from event number `first_event` on.
     `values`: the last event of each channel before the window, so that the value of every channel is known from the
-    start of the window on. `world`: the state of the world (the parts in the cell) at `known_from`, if there is a cell.
+    start of the window on. `world`: the state of the world (hand, parts and sensors) at `known_from`, if there is a
+    cell.
     """
 
     version: int

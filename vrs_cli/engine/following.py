@@ -47,7 +47,7 @@ RATE_STEP = 0.15  # maximum change of a joint velocity between two samples, as a
 HOPELESS_SLOWING = 2.0
 # [rad] maximum difference between the change of a joint and what its velocities at both samples predict
 MAX_JUMP = 2e-3
-MIN_JUMP = 1e-6  # [rad] the same next to a singular pose, where samples are close: only rounding errors
+MIN_JUMP = 1e-6  # [rad] next to a singular pose, this much of a change needs no explanation: it may be rounding
 OVERSHOOT = 4.0 / 27.0  # maximum overshoot of a cubic beyond its ends, as a fraction of velocity times duration
 RANGE_STEPS = 24  # maximum number of halvings between two samples, to check the ranges of joints
 STANDING_SPEED = 1e-9  # [m/s, rad/s] a tool slower than this counts as at rest
