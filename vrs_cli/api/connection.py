@@ -70,7 +70,8 @@ def load_ipython_extension(shell: Any) -> None:
     """Add `%vrs` and `%%vrs` to an InteractiveShell of IPython, which calls this for `%load_ext vrs_cli`."""
 
     def vrs(line: str, cell: str | None = None) -> Replies | None:
-        """Type VAL-II: `%vrs LINE`, or a cell that begins with `%%vrs` or `%%vrs NAME_OF_ROBOT`."""
+        """Execute VAL-II as if typed at the prompt: `%vrs LINE`, or a cell that begins with `%%vrs` or `%%vrs
+        NAME_OF_ROBOT`."""
         name, text = (USUAL_NAME, line) if cell is None else (line.strip() or USUAL_NAME, cell)
         if name == USUAL_NAME and name not in shell.user_ns:
             shell.user_ns[name] = Robot()

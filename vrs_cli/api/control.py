@@ -232,7 +232,7 @@ class Streams:
 
 # --- streams in chunks, over delays -----------------------------------------------------------------------------------
 
-CHUNK_S = 0.25  # [s] duration of a chunk of the stream
+CHUNK_S = 0.25  # [s] targets are sent in chunks of this duration
 
 
 class FollowedChunks(Struct):

@@ -148,7 +148,8 @@ class Preview(Struct, frozen=True, eq=False):
         return cls(arm, units, it.timeline, it.arrives, it.unconfirmed, it.expected, it.round_trip, it.flagged)
 
     def where(self, t: ArrayLike | None = None) -> Posture:
-        """Return the posture at a time [s] or at times (N,); without `t`, when a command sent now will arrive."""
+        """Return the posture at a time [s] or at times (N,); without `t`, at the time when a command sent now will
+        arrive."""
         observer = Observer(RecordedRobot(self.arm, self.timeline))
         return posture_at(observer, self.arrives if t is None else t, self.arm.model, self.units)
 

@@ -66,10 +66,10 @@ from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import CommandRecord, FollowReport
 from vrs_cli.wire.messages import LeaseAct
 
-MIN_SPEED, MAX_SPEED = 0.01, 327.0  # [%] minimum and maximum speed of all motions
+MIN_SPEED, MAX_SPEED = 0.01, 327.0  # [%] limits of the speed of all motions (`speed`)
 LEASE_ACTS = ("acquire", "ask", "give", "release")
 BRANCH_NAME = re.compile(r"[a-z][a-z0-9._]*", re.IGNORECASE)
-MAX_METRES = 3.0  # [mm] a target this close to the origin was probably given in metres
+MAX_METRES = 3.0  # [mm] warn about metres if a target is this close to the origin
 MAX_SMALL_TURN = 10.0  # [degrees] warn about radians only if a joint would turn by more than this
 MAX_SAMPLES = 5_000_000  # maximum number of samples; each needs 256 bytes
 

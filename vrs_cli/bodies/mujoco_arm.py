@@ -136,7 +136,8 @@ class MujocoArm:
         self.mode = BodyMode.FOLLOWS
         self._random = np.random.default_rng(seed)
         self._m, self._d = compile_arm(model, self.inertial)
-        self._own, self._guess = compile_arm(model, self.inertial)  # the controller's own model of the arm
+        # the model of the arm with which the controller computes torques
+        self._own, self._guess = compile_arm(model, self.inertial)
         self._own.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
         self._own.dof_frictionloss[:] = 0.0
         self._flange = int(self._m.body(f"link{model.joint_count}").id)
@@ -234,7 +235,8 @@ class MujocoArm:
             off[2] = 0.0  # accelerations may jump, because torques may jump: let only joints and velocities fade
             fastest = np.array(self.model.max_velocity)
             far = float(np.max(np.abs(off[0]) / fastest + np.abs(off[1]) / np.array(self.model.max_acceleration)))
-            T = max(FADE, 15.0 / 8.0 * far / GENTLE)  # the peak velocity of a quintic is 15/8 of its mean
+            # limit the peak velocity of the quintic, which is 15/8 of its mean
+            T = max(FADE, 15.0 / 8.0 * far / GENTLE)
             self._offset, self._since = _Quintic.between(off, np.zeros_like(off), T), self.time
             self._arrives = False
         wanted = np.array(setpoint(self.own_time(t)))
@@ -279,7 +281,7 @@ class MujocoArm:
             if self._steps % self._every == 0:
                 found.append(self._report())
         self._reference = target
-        if stopped:  # brakes lock joints that have stopped, unless a brake slips
+        if stopped:  # lock joints that have stopped, as brakes do, unless a brake slips
             slipping = {one.joint - 1 for _, one in self._active if isinstance(one, scenario.SlippingBrake)}
             for i, rate in enumerate(self._d.qvel.tolist()):
                 if abs(rate) < STILL and i not in slipping and not self._d.eq_active[i]:
@@ -421,7 +423,8 @@ def compile_arm(model: RobotModel, inertial: InertialModel) -> tuple[Any, Any]:
         _set_inertia(m, i, *row)
     m.dof_armature[:], m.dof_damping[:] = inertial.armature, inertial.viscous
     m.dof_frictionloss[:], m.dof_solimp[:] = inertial.coulomb, LOCK
-    m.body_simple[:], m.dof_simplenum[:] = 0, 0  # needed because the masses were changed after compilation
+    # do not let MuJoCo use the shortcuts that it chose before the masses were changed
+    m.body_simple[:], m.dof_simplenum[:] = 0, 0
     mujoco.mj_setConst(m, mujoco.MjData(m))
     return m, mujoco.MjData(m)
 
@@ -430,7 +433,7 @@ def _set_inertia(m: Any, link: int, mass: float, centre: Floats, inertia: Floats
     """Set the mass, the centre, and the inertia about the centre of a link, in the link's own frame."""
     body = m.body(f"link{link}").id
     moments, axes = np.linalg.eigh(inertia)
-    axes[:, 2] *= np.sign(np.linalg.det(axes))  # makes the axes right-handed, so that they are a rotation
+    axes[:, 2] *= np.sign(np.linalg.det(axes))  # make the axes right-handed, so that they are a rotation
     m.body_mass[body], m.body_ipos[body], m.body_inertia[body] = max(mass, MIN_MASS), centre, moments
     mujoco.mju_mat2Quat(m.body_iquat[body], axes.ravel())
     m.body_sameframe[body] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE

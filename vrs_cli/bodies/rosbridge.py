@@ -41,14 +41,14 @@ GET_TIME = "/rosapi/get_time"
 ABORTED = 6  # status of a goal that was aborted (action_msgs/msg/GoalStatus)
 # [rad, m] maximum distance of each joint from the timeline at which the arm counts as following it
 NEAR = {JointKind.REVOLUTE: 0.1, JointKind.PRISMATIC: 0.02}
-MAX_AGE_S = 1.0  # [s] maximum age of a measurement of the arm's position
-HORIZON = 10.0  # [s] minimum duration of a trajectory; it ends where the robot is at rest
+MAX_AGE_S = 1.0  # [s] an older measurement of the arm's position counts as unknown
+HORIZON = 10.0  # [s] minimum duration of a sent trajectory, which then ends where the robot is next at rest
 MIN_JOIN, MAX_JOIN = 0.1, 0.5  # [s] minimum and maximum time in which the arm joins a changed timeline
 SHARE = 0.5  # fraction of the joint limits used to join the timeline (our choice)
 AHEAD = 2.0  # [s] time before the end of a trajectory at which the next one is sent
 FIRST_ASKED, ASKED = 0.1, 5.0  # [s] interval between the first, and between later requests for the time of ROS
 FIRST_ANSWERS = 4
-EARLIER, LATER = 60.0, 1.0  # [s] maximum age of a measurement; maximum time by which its stamp is in the future
+EARLIER, LATER = 60.0, 1.0  # [s] reports whose stamps are older than this, or farther in the future, are refused
 SET_BACK = 1.0  # [s] if stamps go back by more than this, the clock of ROS was set
 SETTLING = 2.0  # [s] maximum wait for the first answers; then the arm follows without them
 SILENT = 3.0  # [s] time without joint_states after which the user gets a message

@@ -24,7 +24,7 @@ from vrs_cli.values.commands import FIRST_INPUT, HAND, Event, Frames, Motion, Mo
 SAME_TIME = 1e-6  # [s] times that differ by no more count as equal
 SAME_PLACE = 1e-7  # [rad, m] joints that differ by no more count as equal
 MIN_BLEND = 1e-4  # [m] minimum distance for a blend; a smaller one is written as a stop
-SAMPLES = 9  # number of samples in a segment for the maximum speeds
+SAMPLES = 9  # number of samples in each segment from which maxima are taken
 
 
 class RunStep(Struct, frozen=True, kw_only=True):

@@ -257,7 +257,7 @@ class URScriptWriter(StepWriter):
     base."""
 
     title, remark, axes = "URScript", "#", ("RRRRRR",)
-    BANK = 8  # number of standard inputs or outputs, and of configurable ones
+    BANK = 8  # number of standard inputs (and outputs); configurable ones follow them
     signal_count = 2 * BANK
     hints = (
         "URScript: signals 1 to 8 are the standard outputs 0 to 7, 9 to 16 the configurable ones, inputs likewise",
@@ -642,7 +642,7 @@ def frames_lines(before: commands.Frames, frames: commands.Frames) -> Iterator[s
     if frames.tool != before.tool:
         yield f"TOOL TRANS({', '.join(oat_numbers(frames.tool))})"
     if frames.base != before.base:
-        turn = degrees(atan2(frames.base.ny, frames.base.nx))  # BASE can only turn about Z
+        turn = degrees(atan2(frames.base.ny, frames.base.nx))  # [deg] rotation of BASE, which can only turn about Z
         yield f"BASE {numbers((*mm(frames.base), turn), 7)}"
 
 

@@ -140,7 +140,7 @@ class ArmDrawing:
             yield TextLine(
                 tuple(piece for view, canvas in enumerate(canvases) for piece in self._row(view, canvas, row))
             )
-        metres = round_step(4.0 / frames[0].scale)  # the scale bar has a round length of at least four cells
+        metres = round_step(4.0 / frames[0].scale)  # length of the scale bar: a round number, and at least four cells
         cells = round(metres * frames[0].scale) - 2
         bar = f"├{'─' * cells}┤" if fine else f"|{'-' * cells}|"
         yield _fit_pieces(((f"{bar} {1e3 * metres:g} mm", Ink.NOTE), *_legend(picture, fine)), width)

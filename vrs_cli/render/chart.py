@@ -220,7 +220,7 @@ def _time_axis(times: Sequence[float], width: int) -> Iterator[TextLine]:
     yield line(" " * LABEL + "".join("+" if column in figures else "-" for column in range(width)), Ink.NOTE)
     shown = ""
     for column, figure in sorted(figures.items()):
-        begin = min(column, width - len(figure))  # the last number ends at the right edge
+        begin = min(column, width - len(figure))  # shift the last number to the left, so that it ends at the right edge
         if not shown or begin > len(shown):
             shown = f"{shown:<{begin}}{figure}"
     yield line(" " * LABEL + f"{shown} s", Ink.NOTE)

@@ -52,7 +52,7 @@ POLICY = "default-src 'none'; script-src 'sha256-{script}'{more}; style-src 'uns
 
 
 class PageError(UsageError, text="No page"):
-    """The page for the browser cannot be written."""
+    """The error raised if the page for the browser cannot be written."""
 
 
 def page(data: Mapping[str, Any]) -> str:
@@ -68,7 +68,7 @@ def viewer(robot: Mapping[str, Any]) -> str:
 
 
 def replay(moments: Mapping[str, Any]) -> str:
-    """Return the script with a recording that a `viewer` plays."""
+    """Return JavaScript that contains a recording; the page made by `viewer` plays it."""
     return f"replay({json.dumps(moments, separators=(',', ':'))})\n"
 
 
@@ -139,12 +139,12 @@ FLAGS = (
     "--hide-scrollbars",
     "--no-first-run",
     "--remote-debugging-port=0",
-    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # the browser itself cannot connect to other hosts
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # keep the browser from connecting to any other host
 )
 
 
 class PictureError(UsageError, text="No picture"):
-    """A picture or a film of the scene cannot be made."""
+    """The error raised if a picture or a film of the scene cannot be made."""
 
 
 def find_browser() -> str:
@@ -209,7 +209,7 @@ def browser_page() -> Iterator[BrowserPage]:
     from websockets.sync.client import connect
 
     browser, none = find_browser(), subprocess.DEVNULL
-    # Chromium's sandbox does not work if root starts it
+    # run without Chromium's sandbox if root starts it, because the sandbox then does not work
     root = ("--no-sandbox",) * (sys.platform != "win32" and os.geteuid() == 0)
     with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         command = (browser, *FLAGS, *root, f"--user-data-dir={profile}", "about:blank")
@@ -256,7 +256,7 @@ def write_page(
 
 def _recorded(arm: RobotArm, timeline: Timeline, world: World | None, **more: Any) -> str:
     """Return the HTML file that plays a timeline."""
-    from vrs_cli.net.page_data import recorded_page  # imported here, because exports of numbers do not need it
+    from vrs_cli.net.page_data import recorded_page  # imported only here, because exports of numbers do not need it
 
     return page(recorded_page(arm, timeline, cell=None if world is None else world.cell, **more))
 
@@ -297,7 +297,7 @@ def write_mp4(
         command = (find_ffmpeg(), "-loglevel", "error", *come, *H264, str(made))
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as running:
             assert running.stdin is not None, "it is piped"
-            with suppress(BrokenPipeError):  # ffmpeg itself reports why it stopped
+            with suppress(BrokenPipeError):  # ignore a broken pipe here, because ffmpeg itself reports why it stopped
                 for frame in frames:
                     running.stdin.write(frame)
             _, said = running.communicate()

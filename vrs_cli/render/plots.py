@@ -54,7 +54,7 @@ def check_plot(path: str | Path) -> None:
 
 
 class PlotError(UsageError, text="No plot"):
-    """A plot cannot be made."""
+    """The error raised if a plot cannot be made."""
 
 
 def plot_trajectory(path: str | Path, arm: RobotArm, timeline: Timeline, title: str) -> None:

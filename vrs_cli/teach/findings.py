@@ -79,9 +79,9 @@ class _Inspection:
         for variant in self.variants:
             yield from self._model(variant)
             if not self.models:
-                break  # the model solution cannot run in the other variants either
+                break  # stop, because the model solution cannot run in the other variants either
         if not self.sound:
-            return  # nothing else can be judged if the model solution fails
+            return  # stop, because nothing else can be judged if the model solution fails
         yield from self._wrong_submissions()
         yield from self._numbers_copied()
         yield from self._mutants()
@@ -259,7 +259,8 @@ MAX_MUTANTS = 80
 SHIFT_MM = 50  # [mm] displacement of a location in a mutant
 MOTIONS = ("MOVE", "MOVES", "APPRO", "APPROS", "DEPART", "DEPARTS", "DRIVE", "READY")
 OTHER_WORD = {"MOVES": "MOVE", "MOVE": "MOVES", "APPROS": "APPRO", "APPRO": "APPROS", "DEPARTS": "DEPART"}
-UNREACHABLE_MOTION = "MOVE TRANS(99999)"  # a motion to a location that no arm reaches
+# a motion to a location that no arm reaches, so that the mutant stops with an error
+UNREACHABLE_MOTION = "MOVE TRANS(99999)"
 
 
 class Mutant(NamedTuple):

@@ -46,7 +46,7 @@ class Submission(Struct, frozen=True):
 
 
 class NotExecuted(VrsError, text="Not executed"):
-    """A submission contains no program that can run."""
+    """The error raised if a submission contains no program that can run."""
 
 
 class SubmissionRuns:

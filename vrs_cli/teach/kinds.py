@@ -28,7 +28,7 @@ from vrs_cli.values.diagnostics import DIALECTS
 MAX_REAL = 1e9
 CONFIGURATIONS = ("RIGHTY", "LEFTY", "ABOVE", "BELOW", "FLIP", "NOFLIP")
 REQUIRED = "required"
-WORDS = frozenset({*PROGRAM_WORDS, *FUNCTIONS, *OPERATORS, *LINKS})  # words of the language
+WORDS = frozenset({*PROGRAM_WORDS, *FUNCTIONS, *OPERATORS, *LINKS})  # all words that a check of words may name
 
 
 class Key(NamedTuple):
@@ -62,7 +62,7 @@ class CheckKind(NamedTuple):
 _millimetres = partial(ExerciseText.number, least=0.0, most=MAX_LENGTH_MM, unit="mm")
 _degrees = partial(ExerciseText.number, least=0.0, most=180.0, unit="deg")
 _seconds = partial(ExerciseText.number, least=0.0, most=LATEST, unit="s")
-_per_second = partial(ExerciseText.number, least=0.0, most=1e6)  # [mm/s], [mm/s2]
+_per_second = partial(ExerciseText.number, least=0.0, most=1e6)  # reads a speed [mm/s] or an acceleration [mm/s2]
 
 
 def _known_place(text: ExerciseText, entry: CellEntry, key: str) -> Place:
@@ -585,7 +585,7 @@ def read_check(text: ExerciseText, entry: CellEntry) -> checks.AnyCheck | None:
     if len(text.wrong) > wrong:
         return None
     check = cast(checks.AnyCheck, kind.check(**values))
-    # Report values that contradict each other
+    # report values that contradict each other
     given = entry.given
     match check:
         case checks.StretchCheck() if ("around" in given) is not ("radius" in given):

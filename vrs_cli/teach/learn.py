@@ -317,7 +317,8 @@ class Learner:
     def _marks(self, step: LessonStep) -> tuple[Mark, ...]:
         """Return the current marks of a step."""
         evidence = self._look(evidence_of)
-        self._started = min(self._started, evidence.clock)  # UNDO may have set the clock back
+        # an UNDO may have set the clock back to before the start of the step
+        self._started = min(self._started, evidence.clock)
         return marks_of(self.lesson, step, evidence, self._started)
 
     def _tell(self, step: LessonStep, marks: tuple[Mark, ...]) -> None:

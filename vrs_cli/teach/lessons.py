@@ -277,7 +277,8 @@ class _LessonReader(SurroundingsReader):
             counts = [names[: k + 1].count(name) for k, name in enumerate(names)]
             found.append(
                 tuple(
-                    check if n == 1 else structs.replace(check, name=f"{check.name} {n}")  # `joints`, `joints 2`
+                    # number checks of equal name: `joints`, `joints 2`
+                    check if n == 1 else structs.replace(check, name=f"{check.name} {n}")
                     for check, n in zip(read, counts, strict=True)
                 )
             )

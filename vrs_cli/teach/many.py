@@ -97,7 +97,8 @@ def work_apart(
                     )
                     with _signals_held():
                         process.start()
-                    sending.close()  # close the parent's end, so that the pipe closes when the process ends
+                    # close the parent's copy of this end, so that the pipe closes when the process ends
+                    sending.close()
                     running[receiving] = _Process(number, process, folder, time.monotonic() + limits.wall + GRACE)
                 due = min(one.deadline for one in running.values())
                 for receiving in wait(list(running), max(due - time.monotonic(), 0.0)):
@@ -195,7 +196,7 @@ def _run_apart(work: Callable[[Item], bytes], item: Item, sending: Any, folder: 
         sent = RESULT + work(item)
     except MemoryError:
         os._exit(NO_MEMORY)
-    except Exception as error:  # an internal error of vrs loses only this item
+    except Exception as error:  # catch everything: an internal error of vrs must lose only this item
         sent = ERROR + f"vrs itself failed: {type(error).__name__}: {error}"[:1000].encode(errors="replace")
     sending.send_bytes(sent)
     sending.close()
@@ -212,22 +213,23 @@ def _confine(folder: Path, limits: ProcessLimits) -> None:
     nothing = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
         os.dup2(nothing, stream)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C and ends this process
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # ignore Ctrl-C here: the parent handles it and ends this process
     for name in ("SIGTERM", "SIGALRM", "SIGXCPU", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_DFL)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_SETMASK, ())
     if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_REAL, limits.wall)  # ends the process even if the parent is gone
+        signal.setitimer(signal.ITIMER_REAL, limits.wall)  # a timer that ends the process even if the parent is gone
     try:
         import resource
-    except ImportError:  # on Windows only the parent's deadline applies
+    except ImportError:  # Windows lacks these modules: only the parent's deadline applies
         return
     _limit(resource.RLIMIT_CPU, max(1, round(limits.cpu)))
     _limit(resource.RLIMIT_FSIZE, limits.file)
     _limit(resource.RLIMIT_CORE, 0)
-    with suppress(OSError, ValueError):  # only Linux reports the current memory size and enforces this limit
+    # set no memory limit where it fails: only Linux reports the current size and enforces this limit
+    with suppress(OSError, ValueError):
         pages = int(Path("/proc/self/statm").read_text().split()[0])
         _limit(resource.RLIMIT_AS, pages * resource.getpagesize() + limits.memory)
 
@@ -296,7 +298,7 @@ MAX_MESSAGE_CHARS = 500  # maximum characters of the message of a failed process
 
 
 class ClusterError(UsageError, text="No cluster"):
-    """No scheduler can be reached, or its workers cannot grade."""
+    """The error raised if no scheduler can be reached, or if its workers cannot grade."""
 
 
 def grade_on_cluster(
@@ -349,7 +351,7 @@ def _cores(client: Any) -> int:
         raise ClusterError("the scheduler has no workers", "dask worker ADDRESS starts one") from None
     try:
         versions = client.run(_version)
-    except Exception as error:  # on a worker without vrs any exception may occur
+    except Exception as error:  # catch everything, because a worker without vrs may raise any exception
         raise ClusterError(f"a worker has no vrs: {error}", "install the same vrs on all machines") from None
     for worker, other in ((worker, one) for worker, one in versions.items() if one != __version__):
         raise ClusterError(f"the worker {worker} has vrs {other}, and this is {__version__}", "install the same on all")

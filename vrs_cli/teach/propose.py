@@ -382,8 +382,10 @@ def _typed_lines(run: Evidence) -> Iterator[Proposed]:
 
 def _typed_line(line: str) -> str:
     """Return a typed line as a check requires it: as an exact text, or as a pattern if it contains numbers."""
-    words = re.split(NUMBER, line)[::2]  # [::2] drops the matches of the pattern's group
-    escaped = (re.sub(r"([\\^$.|?*+()\[\]{}])", r"\\\1", one) for one in words)  # unlike re.escape, keep blanks
+    # the texts between the numbers; split also returns the matches of NUMBER's group
+    words = re.split(NUMBER, line)[::2]
+    # escape like re.escape, but not blanks, so that the pattern stays readable
+    escaped = (re.sub(r"([\\^$.|?*+()\[\]{}])", r"\\\1", one) for one in words)
     return f"{{pattern = {_quote(NUMBER.join(escaped))}}}" if len(words) > 1 else _quote(line)
 
 
@@ -425,7 +427,8 @@ def groups_of(exercise: Exercise, run: Evidence, programs: Iterable[ast.Program]
     scene = exercise.cell.scene
     parts = {one.name: position(one.T_world_part) for one in scene.parts}
     settings = WorldSettings(run.arm, run.cell)
-    radii = {one.name: max(solid.radius for solid in settings.solids[one.name]) for one in scene.fixtures}  # [m]
+    # [m] size of each fixture, by name
+    radii = {one.name: max(solid.radius for solid in settings.solids[one.name]) for one in scene.fixtures}
     fixtures = [one for one in scene.fixtures if 2.0 * radii[one.name] <= MOVABLE]
     together = {name: name for name in (*places, *parts, *(one.name for one in fixtures))}
 

@@ -50,7 +50,7 @@ class ServedLessons:
 
     def __init__(self, folder: Path, begin_anew: Callable[[str, str], None], tell: Callable[[str], None]) -> None:
         self._folder, self._begin_anew, self._tell = folder, begin_anew, tell
-        self._course = {  # no lessons on delays: this server has no delay lines
+        self._course = {  # omit lessons on delays, because this server has no delay lines
             one: lesson for one in lesson_folders(lessons_folder()) if (lesson := read_lesson(one)).delays is None
         }
         self._wanted: dict[str, Path] = {}
@@ -139,7 +139,7 @@ class Tutor:
         standing = record.of(lesson.key)
         begin = 0 if standing.is_finished else standing.passed
         self._learner = Learner(lesson, self._look, self._show, record, course, begin)
-        self._said: list[messages.LessonText] = []  # texts of the current step
+        self._said: list[messages.LessonText] = []  # texts of the current step, for clients that connect later
         self._work: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._looks = False  # whether a check of the step is already queued
         room.ended = self._line_ended

@@ -42,7 +42,8 @@ class Piece(NamedTuple):
 
 
 class TurningPiece(NamedTuple):
-    """The tool's orientation from `start` to `finish` [s]. `rate`: an upper bound of its angular speed [rad/s]."""
+    """The tool's orientation from `start` to `finish` [s]. `at`: the function from seconds after `start` to
+    T_world_tool. `rate`: an upper bound of its angular speed [rad/s]."""
 
     start: float
     finish: float
@@ -176,7 +177,7 @@ def _bell(x: Sequence[float]) -> float:
 
 # --- where the robot is at rest --------------------------------------------------------------------------------------
 
-STILL = 1e-6  # [rad/s, m/s] maximum rate of a joint that is at rest
+STILL = 1e-6  # [rad/s, m/s] a joint slower than this counts as at rest
 
 
 def stops(timeline: Timeline, begin: float, end: float) -> list[tuple[float, float]]:
@@ -211,7 +212,7 @@ def _stands(segment: Segment, s: float) -> bool:
 
 NOISE = 1e-9  # smaller differences of a measure are ignored, so that all machines give the same result
 NOISE_DIGITS = 9
-MIN_PIECE_S = 1e-5  # [s] minimum length of a piece that is halved
+MIN_PIECE_S = 1e-5  # [s] pieces shorter than this are not halved
 INSTANT = 1e-4  # [s] precision of the time at which a measure crosses a value
 
 Measure = Callable[[Vector], float]

@@ -43,8 +43,8 @@ EXPLAINED = 0.9  # fraction of the squared residuals that a cause must explain
 KICKED = 0.6  # this fraction for a joint that blocks in full motion, because it disturbs the other joints
 WAY = 10.0  # minimum displacement that counts as motion [standard deviations of the noise]
 LATELY = 0.15  # [s] samples of this last interval show the current errors
-MAX_DELAY = 1.5  # [s] maximum delay
-MAX_GROWTH = 0.5  # [s/s] maximum growth of a delay
+MAX_DELAY = 1.5  # [s] maximum delay of the arm that is tested as a cause
+MAX_GROWTH = 0.5  # [s/s] maximum growth of this delay
 SETTLING = (12.0, 24.0, 48.0, 96.0)  # [1/s] rates at which the deflection by a load may settle, tried one by one
 OTHER_SPEED = 0.02  # [rad/s, m/s] minimum growth rate of a residual if another commander moves the arm
 Likely = tuple[DivergenceCause, str]
@@ -234,7 +234,7 @@ FALSE_ALARMS = 1e-6  # [1/h] rate of false alarms for normal noise
 JOINT_ALLOWANCE = 9.0  # allowance on a squared residual with one degree of freedom: 3 standard deviations
 TOOL_ALLOWANCE = 14.0  # allowance on the squared error of the tool's position, with three degrees of freedom
 LOAD_WINDOW = 8  # maximum number of blocks searched for a load: over longer times, healthy errors may look like a load
-SAG = 0.1  # [rad, m] maximum displacement of a joint under its usual load
+SAG = 0.1  # [rad, m] assumed maximum displacement of a joint under its usual load
 DECIDE = 0.2  # [s] delay from detection to the alarm, to collect more evidence of the cause
 SECOND = round(1.0 / BLOCK)  # number of blocks per second
 WAITS = 3  # [s] age of a second of data when the healthy model learns from it
@@ -248,7 +248,8 @@ EDITS = 10.0  # [s] time for which a replaced timeline is kept
 def exponent(allowance: float, freedoms: int) -> float:
     """Return lambda > 0 with E exp(lambda (x - allowance)) = 1, where x is chi-square distributed with `freedoms`
     degrees of freedom: the root below 1/2 of -freedoms / 2 log(1 - 2 lambda) = lambda allowance."""
-    low, high = 0.5 - 0.5 * freedoms / allowance, 0.5  # at `low` the sides differ most, which excludes the root at 0
+    # `low` is where the two sides differ most, so the search excludes the root at 0
+    low, high = 0.5 - 0.5 * freedoms / allowance, 0.5
     for _ in range(100):
         middle = 0.5 * (low + high)
         if middle >= 0.5 or -0.5 * freedoms * log1p(-2.0 * middle) > middle * allowance:
@@ -342,7 +343,7 @@ class DivergenceWatch:
         load = self.healthy.load(0.5 * (joints[1] + joints[2]), velocity[0], acceleration[0])
         t, residual = sum(times) / len(times), np.mean(residuals, axis=0)
         self._add(Blocks(np.array([t]), residual[None], velocity[None], acceleration[None], load[None]), joints[2])
-        # Raise the alarm, if it is due, with its cause
+        # raise the alarm with its cause, if its time has come
         if self._found is None:
             return None
         since, due = self._found

@@ -146,9 +146,9 @@ def _parts(T: Transform) -> tuple[Floats, Floats]:
 
 MASSES = ROBOTS / "masses"  # folder with the masses of built-in robots, read only for dynamics
 ROUNDING = 1e-12  # relative rounding error of a moment of inertia
-MIN_MOMENT = 1e-6  # [kg m2] minimum principal moment of inertia
+MIN_MOMENT = 1e-6  # [kg m2] smaller principal moments of inertia are raised to this
 POSES, SEED = 100, 1  # number and seed of random poses for drives with unknown data
-RESERVE = 2.0  # ratio of a drive's maximum torque to the torque for gravity and maximum acceleration (our choice)
+RESERVE = 2.0  # ratio of an unknown maximum torque to the torque for gravity and maximum acceleration (our choice)
 # our choice for unknown data: rotor inertia as a fraction of the joint's maximum inertia, friction of maximum torque
 ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02
 ROUND = 24  # number of slices along half a circle; gives second moments of a slab to 1e-4
@@ -230,7 +230,7 @@ def _with_drives(
 # --- inertias of shapes --------------------------------------------------------------------------------------------
 
 
-Slice = Iterator[tuple[Vector, float]]  # yields points with their areas [m2]
+Slice = Iterator[tuple[Vector, float]]  # yields points of a cross-section, each with the area that it represents [m2]
 
 
 class UnitSolid(NamedTuple):

@@ -274,8 +274,8 @@ class SetAcceleration(Struct, frozen=True):
 
 
 class SetConfiguration(Struct, frozen=True):
-    """RIGHTY, LEFTY, ABOVE, BELOW, FLIP, NOFLIP: set the configuration at the end of the next joint-interpolated motion
-    to a transformation."""
+    """RIGHTY, LEFTY, ABOVE, BELOW, FLIP, NOFLIP: for the next joint-interpolated motion whose target is a
+    transformation, set the configuration of the arm at its end."""
 
     flag: Flag
 

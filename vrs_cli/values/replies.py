@@ -567,7 +567,7 @@ def is_error(reply: Reply) -> bool:
 
 def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
     """Return a report of the diagnostics of a text, sorted, with their source lines."""
-    lines = dict(enumerate(text.split("\n"), 1))  # a diagnostic may point past the last line
+    lines = dict(enumerate(text.split("\n"), 1))  # a dict, because a diagnostic may point past the last line
     return DiagnosticsReport(tuple(Diagnosed(one, lines.get(one.span.line, ""), path) for one in in_order(diagnostics)))
 
 

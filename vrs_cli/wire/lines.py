@@ -30,7 +30,7 @@ from vrs_cli.wire.reports import ReportsRecord, columns_of, reports_record
 FORMAT = 1
 UNITS = {"length": "m", "angle": "rad", "time": "s"}
 
-START = 0  # the initial checksum, before the first line
+START = 0  # value from which the checksum of the first line is computed
 KEY = b',"crc":"'
 SEALED = KEY + b'%08x"}'
 LENGTH = len(SEALED % START)

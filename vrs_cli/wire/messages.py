@@ -97,7 +97,7 @@ class ShowBranch(RobotAct[BranchShown], frozen=True):
     joints: Number | None = None
 
 
-MAX_TIMES = 2000  # maximum number of times in one Positions: they take the server 20 ms or more
+MAX_TIMES = 2000  # maximum number of times in one Positions, which keeps the server busy for 20 ms or more
 
 if TYPE_CHECKING:
     AnyAct = Act[Any]

@@ -41,7 +41,7 @@ NEEDED_FIELDS = {
 
 STANDING_KINDS = (MotionKind.EVENT, MotionKind.RECORDED)  # kinds of motions that move nothing, and so have no segments
 MAX_NUMBER = 1e15  # maximum magnitude of a number in a file, so that sums and products stay finite
-MAX_DEGREE = 5  # maximum degree of a polynomial
+MAX_DEGREE = 5  # maximum degree of a polynomial that is read from a file
 ZERO, FULL = 0.0, 1.0  # default values: msgspec omits a field that holds exactly this object
 # default values of a motion's fields
 DEFAULTS = (("speed", FULL), ("acceleration", FULL), ("duration", ZERO), ("hand", ZERO))
@@ -330,7 +330,7 @@ def _rows(T: Transform) -> Rows:
 def _rows_unless_identity(T: Transform) -> Rows | None:
     """Return the rows of a transformation; None for the identity, compared as text, because -0.0 == 0.0 but they print
     differently."""
-    return None if T is IDENTITY or str(T) == str(IDENTITY) else _rows(T)  # the text tells -0.0 from 0.0
+    return None if T is IDENTITY or str(T) == str(IDENTITY) else _rows(T)  # compared as text, which tells -0.0 from 0.0
 
 
 def _default(value: float, default: float) -> float:
@@ -391,7 +391,7 @@ def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, form
         raise RecordError("a segment needs either joints or line")
     if line is not None:
         return Segment(start, finish, _line(line, form), record.phase, motion)
-    if len(rows) != form.joint_count:  # _check_count inlined for speed: runs for each segment
+    if len(rows) != form.joint_count:  # `_check_count`, written out here because this runs for each segment
         raise _wrong_count(rows, form)
     try:
         return Segment(start, finish, JointPath.packed(rows), record.phase, motion)

@@ -45,7 +45,7 @@ from vrs_cli.values.numbers import count
 from vrs_cli.wire.records import Joints, RecordError, StrictRecord, Time
 
 MAX_RECORD_REPORTS = 1 << 16  # maximum number of reports in one record
-COMPRESSION_LEVEL = 1  # higher levels take much longer and gain little
+COMPRESSION_LEVEL = 1  # the fastest level of zlib: higher levels take much longer and save little space
 
 
 class ReportsRecord(StrictRecord, frozen=True):

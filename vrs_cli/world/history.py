@@ -16,7 +16,8 @@ from vrs_cli.kinematics.transform import Transform, moved_point
 from vrs_cli.values.world import CellScene, Happening
 from vrs_cli.world.solids import Bounds, Solids, bounds, drop, overlap, point_drop
 
-CHANGES, GRIPS, MOVES, NOTES, SEES = "changes", "grips", "moves", "notes", "sees"  # keys of the rows in a history
+# keys under which a history stores its rows
+CHANGES, GRIPS, MOVES, NOTES, SEES = "changes", "grips", "moves", "notes", "sees"
 
 
 class Due(NamedTuple):

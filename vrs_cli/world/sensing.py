@@ -158,7 +158,7 @@ class Sensing:
     def _passage(self, way: Way) -> Passage:
         """Find when a moving body enters and leaves each region that it can reach."""
         T, inside, found = way.pose(0.0), set[int](), list[Crossing]()
-        # [m] maximum length of the path of any point of the body
+        # [m] maximum length of the path of any point of the body; regions farther away are skipped
         far = way.pace(0.0) * way.duration + 0.5 * way.growth * way.duration**2 if way.duration else 0.0
         for number, region in enumerate(self.regions):
             if _far_apart(self._bodies[way.body], T, region) > far:

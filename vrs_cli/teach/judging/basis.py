@@ -108,7 +108,7 @@ def evidence_of(
 
 
 NOISE_DIGITS = 6  # decimals kept of a value counted in rounding steps; later digits are floating-point noise
-NOISE = 5e-7  # [rounding steps] half a unit of the last decimal that NOISE_DIGITS keeps
+NOISE = 5e-7  # [rounding steps] half a unit of the last kept decimal: how far below .5 still rounds up
 SLACK = 1e-6  # [rounding steps] tolerance of a comparison, against floating-point errors
 
 

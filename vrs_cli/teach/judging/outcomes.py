@@ -307,7 +307,7 @@ def final_part(evidence: basis.Evidence, name: str) -> PartState | None:
 def _nearness(
     what: str, found: Transform, place: Transform, check: checks.ToolAtCheck | checks.PartAtCheck, run: basis.JudgedRun
 ) -> basis.Verdict:
-    """Compare a pose with the required one."""
+    """Compare the pose `found` with the required pose `place`. `what`: the name of the thing in the reason."""
     wanted = at_position(place, *vector_sum(position(place), check.offset))
     step, turn_step = run.mm, run.basis.rounding.deg
     far = 1000.0 * distance(found, wanted)

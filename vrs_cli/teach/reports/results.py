@@ -214,7 +214,7 @@ _SLUG = re.compile(r"[^A-Za-z0-9_.-]+")
 
 def plain(text: str) -> str:
     """Return a text as one line: line ends become blanks, and invisible characters become `^[` or `<U+202E>`."""
-    # some scripts need the joiners U+200C and U+200D
+    # keep the joiners U+200C and U+200D, which some scripts need
     return "".join(one if one.isprintable() or one in "\u200c\u200d" else _visible_sign(one) for one in text)
 
 
