@@ -322,7 +322,8 @@ class Learner:
         return marks_of(self.lesson, step, evidence, self._started)
 
     def _tell(self, step: LessonStep, marks: tuple[Mark, ...]) -> None:
-        """Show once why checks of the step fail, if others pass or if the learner gave a wrong answer."""
+        """Show why checks of the step fail, if other checks pass or if the learner gave a wrong answer. Do
+        not repeat the last message."""
         values = {one.name: one.of.items[0] for one in step.checks if isinstance(one, VariableCheck)}
         given = self._look(lambda session: session.environment.values())
         answered = any(values.get(one.name) in given for one in marks if not one.passed)

@@ -29,7 +29,7 @@ class UnknownType(RecordError):
 
 
 class MessageMarks(msgspec.Struct):
-    """The fields that identify a message."""
+    """The fields of a message that identify it."""
 
     type: str
     id: Any = None

@@ -128,15 +128,16 @@ class Sensing:
         ).begins_in
 
     def on_segment(self, sight: SeenBody, segment: Segment) -> Passage:
-        """Return the passage of a body that the arm moves during a segment; times count from the segment's start."""
+        """Return the passage (regions at the start, and crossings) of a body that the arm moves during a segment; times
+        count from the segment's start."""
         path = segment.path
         if (known := self._known.get((id(path), segment.duration, sight))) is not None:
             return known[1]
         return self._recall((id(path), segment.duration, sight), path, self._way(sight, segment))
 
     def in_fall(self, body: str, T_world_body: Transform, duration: float) -> Passage:
-        """Return the passage of a body that falls from rest for `duration` [s]; times count from the start of the
-        fall."""
+        """Return the passage (regions at the start, and crossings) of a body that falls from rest for `duration` [s];
+        times count from the start of the fall."""
 
         def pose(s: float) -> Transform:
             return T_world_body._replace(pz=T_world_body.pz - 0.5 * GRAVITY * s * s)

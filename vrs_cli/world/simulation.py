@@ -38,7 +38,7 @@ MAX_AT_ONE_INSTANT = 1000  # maximum number of events at one instant; stops rule
 
 
 class ArmEnters(world.Happening, frozen=True):
-    """The event that the arm begins to move along the segment with this index. Crossings are searched only after
+    """A planned event: the arm begins to move along the segment with this index. Crossings are searched only after
     `since` [s]."""
 
     segment: int
@@ -50,7 +50,7 @@ class ArmEnters(world.Happening, frozen=True):
 
 
 class StackFalls(world.Happening, frozen=True):
-    """The event that the bodies lying on the held part fall, because the arm begins to move this part away."""
+    """A planned event: the bodies lying on the held part fall, because the arm begins to move this part away."""
 
     @property
     def rank(self) -> int:
@@ -390,8 +390,8 @@ class Simulation:
         self._pass(sight.body, passage, segment.start - since, segment.finish - since, moved=True)
 
     def _pass(self, body: str, passage: Passage, offset: float, until: float, *, moved: bool) -> None:
-        """Plan the crossings of a passage, with `offset` [s] added to their times, and record the regions that contain
-        the body now."""
+        """Plan the region crossings that a passage lists, with `offset` [s] added to their times, and record the
+        regions that contain the body now."""
         history = self.history
         inside = set(passage.begins_in)
         for crossing in passage.crossings:

@@ -130,7 +130,7 @@ def judge_motion(check: checks.MotionCheck, run: basis.JudgedRun) -> basis.Verdi
 
 
 def _wrong(check: checks.MotionCheck, one: CommandedMotion, run: basis.JudgedRun) -> str:
-    """Describe the first requirement that a motion does not meet; return "" if it meets all."""
+    """Describe the first requirement of a check that the motion `one` does not meet; return "" if it meets all."""
     evidence, step = run.evidence, run.s
     if check.space not in (None, one.motion.kind):
         return f"{one.motion.text} is a motion in {one.motion.kind.value} space"

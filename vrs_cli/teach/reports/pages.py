@@ -84,7 +84,7 @@ class Pages:
             raise FileError(f"{folder}: {error.strerror}", "name another folder") from None
 
     def name(self, students: Iterable[str]) -> None:
-        """Choose the file name of each student's page, in this order."""
+        """Choose the file name of each student's page; names that collide are numbered in the order of `students`."""
         self._files |= {student: file_stem(student, self._taken) for student in students}
 
     def add(self, grading: Grading, replay: Replay | None) -> None:
