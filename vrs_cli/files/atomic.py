@@ -1,11 +1,11 @@
 """Write files so that each has one writer at a time, and no reader sees a half-written file.
 
-A writer of `day.vrst` holds `.day.vrst.lock` beside it, also while it replaces or removes the file. The lock is a
-separate file, because on Windows nobody could read a locked file. The system frees a lock when its owner ends in any
-way, so a lock file that is left behind can be taken.
+A writer of `day.vrst` holds a lock on `.day.vrst.lock` in the same folder, also while it replaces or removes the file.
+The lock is on a separate file, because on Windows nobody can read a locked file. The system releases the lock when its
+owner ends for any reason, so another process can take a lock file that was left behind.
 
-A file is written under a temporary name beside the target, synced, and renamed. Temporary files left by a killed writer
-are removed by the next writer.
+A file is written under a temporary name in the target's folder, synced, and renamed to the target. The next writer
+removes temporary files that a killed writer left.
 """
 
 from __future__ import annotations
@@ -24,16 +24,17 @@ from typing import BinaryIO
 from vrs_cli.errors import FileError, FileOpened
 from vrs_cli.files.opening import FREE, NOFOLLOW, Folder, open_to_write, reason, wrong_name
 
-WINDOWS = os.name == "nt"  # on Windows an open file cannot be removed or replaced, and a lock shuts readers out
+WINDOWS = os.name == "nt"  # on Windows an open file cannot be removed or replaced, and a locked file cannot be read
 LOCK_WAIT_S, LOCK_PAUSE_S = 0.2, 0.01  # [s] maximum wait for a lock, and pause between two attempts
-OWNER = 1  # byte at which a lock file names its owner; the first byte is locked
+OWNER = 1  # position in a lock file of its owner's process number; byte 0 is the byte that is locked
 NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP})
 SHUT_FOLDER = frozenset({errno.EACCES, errno.EPERM, errno.EROFS})
 
 
 class HeldLock(AbstractContextManager["HeldLock"]):
-    """A lock that is held until `release`. `firm`: the lock excludes all other writers. On a disk that has no locks, or
-    in a folder that cannot be written, there is no handle and the lock is not firm."""
+    """A lock on a file, held until `release`. `firm`: whether the lock excludes all other writers. It does not on a
+    disk without locks, or in a folder that cannot be written; there is no file handle then.
+    """
 
     def __init__(self, path: Path, handle: int | None) -> None:
         self.firm = handle is not None
@@ -46,12 +47,13 @@ class HeldLock(AbstractContextManager["HeldLock"]):
             return
         there = is_at(handle, self._path)
         if there:
-            with suppress(OSError):  # removed before the lock is free, so that nobody can take a removed file
+            # remove the file before its lock is released, so that nobody can lock a removed file
+            with suppress(OSError):
                 self._path.unlink()
                 there = False
         os.close(handle)
         if WINDOWS and there:
-            with suppress(OSError):  # another writer may already have the lock
+            with suppress(OSError):  # on Windows remove it afterwards, unless another writer already has it open
                 self._path.unlink()
 
     def __exit__(self, *_error: object) -> None:
@@ -59,9 +61,10 @@ class HeldLock(AbstractContextManager["HeldLock"]):
 
 
 def hold(path: Path) -> HeldLock:
-    """Lock the file with that name, whether it exists or not. Links are followed, because two names may lead to one
-    file. A device or a pipe needs no lock. Raises FileOpened if another writer holds the lock, OSError if the folder
-    does not exist."""
+    """Lock the file at `path`, which need not exist. Links are followed, because two names may lead to the same file. A
+    device or a pipe is not locked. Raises FileOpened if another writer holds the lock, OSError if the folder does not
+    exist.
+    """
     real = Path(os.path.realpath(path))
     if is_special(real):
         return HeldLock(real, None)
@@ -77,9 +80,10 @@ def hold(path: Path) -> HeldLock:
 
 
 def claim(handle: int) -> bool:
-    """Lock an open file itself, against writers that use another name for it: a hard link, or a folder that cannot be
-    written. Return whether that was possible. On Windows this would shut out readers, so only the lock file is used
-    there."""
+    """Lock an open file itself, to exclude writers that do not share its lock file: those that use a hard link, or a
+    folder in which no lock file can be created. Return False if another writer has locked the file. On Windows nothing
+    is locked, because this would exclude readers.
+    """
     if WINDOWS:
         return True
     try:
@@ -91,7 +95,7 @@ def claim(handle: int) -> bool:
 
 
 def is_at(handle: int, path: Path) -> bool:
-    """Return whether a path leads to this open file."""
+    """Return whether a path leads to the file that is open as `handle`."""
     try:
         return os.path.samestat(os.fstat(handle), path.stat())
     except OSError:
@@ -108,7 +112,7 @@ def is_special(path: Path) -> bool:
 
 
 def _open_lock(beside: Path) -> int | None:
-    """Open the lock file, or create it; None if the folder cannot be written."""
+    """Open or create the lock file, and return its handle; None if the folder cannot be written."""
     flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
     try:
         return os.open(beside, os.O_RDWR | os.O_CREAT | flags, 0o666)
@@ -116,14 +120,16 @@ def _open_lock(beside: Path) -> int | None:
         if error.errno not in SHUT_FOLDER:
             raise
     try:
-        return os.open(beside, os.O_RDONLY | flags)  # the lock file belongs to another user, so it cannot be written
+        # the lock file may belong to another user; it can be locked without writing it
+        return os.open(beside, os.O_RDONLY | flags)
     except FileNotFoundError:
         return None
 
 
 def _take_lock(beside: Path, handle: int) -> HeldLock | None:
-    """Take the lock. Return None if another writer has it, or has removed its file since it was opened. Raises
-    OSError."""
+    """Lock the open lock file. Return None if another writer has locked it, or has removed it since it was opened.
+    Raises OSError.
+    """
     with ExitStack() as in_vain:
         in_vain.callback(os.close, handle)
         try:
@@ -134,7 +140,7 @@ def _take_lock(beside: Path, handle: int) -> HeldLock | None:
             beside.unlink(missing_ok=True)
             return HeldLock(beside, None)
         if locked and is_at(handle, beside):
-            with suppress(OSError):  # the lock is valid even if the disk is full and the owner cannot be written
+            with suppress(OSError):  # if the disk is full the owner's number is missing, but the lock is valid
                 os.ftruncate(handle, 0)
                 os.write(handle, b"\n%d\n" % os.getpid())
             in_vain.pop_all()
@@ -149,7 +155,7 @@ def _lock_handle(handle: int) -> bool:
 
 
 def _owner(beside: Path) -> str:
-    """Read the name of a lock's owner from the lock file."""
+    """Read the owner's process number from a lock file, and return a text for messages."""
     try:
         with beside.open("rb", buffering=0) as stream:
             stream.seek(OWNER)
@@ -164,21 +170,27 @@ def _owner(beside: Path) -> str:
 
 CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | NOFOLLOW
 NEW_FILE_MODE = 0o666  # permissions of a new file, before the user's umask is applied
-PAUSES = (0.01, 0.03, 0.1, 0.3, None)  # [s] waits until a reader or virus scanner closes a file (Windows)
-NO_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP})  # devices and pipes cannot be synced
+# [s] on Windows, waits before a rename is tried again, because a reader or virus scanner has the file open; None: give
+# up
+PAUSES = (0.01, 0.03, 0.1, 0.3, None)
+# errors of sync that are ignored, because devices and pipes cannot be synced
+NO_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP})
 
 
 def write_atomically(path: str | Path, text: str, within: Folder = FREE) -> None:
-    """Write `text` (UTF-8) to the file completely or not at all. Raises FileError."""
+    """Write `text` in UTF-8 to a file, completely or not at all. `within`: the folder in which the file must be. Raises
+    FileError.
+    """
     with atomically(path, within) as stream:
         stream.write(text.encode("utf-8"))
 
 
 @contextmanager
 def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
-    """Yield a stream whose bytes replace the file if the block ends without an error; otherwise the file stays
-    unchanged. A device or a pipe is written directly. For a link, its target is replaced. None of these is allowed if
-    `within` is a closed folder. Raises FileError."""
+    """Yield a stream; its bytes replace the file if the block ends without an error, otherwise the file stays
+    unchanged. A device or a pipe is written directly; if the path is a link, the link's target is replaced. Devices,
+    pipes and links are refused if `within` is a closed folder. Raises FileError.
+    """
     target = Path(path)
     with writing(target), closing(create_beside(target, within=within)) as beside:
         yield beside.stream
@@ -186,8 +198,10 @@ def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
 
 
 class NewFile:
-    """A new file `name` beside `target`, which it replaces on `commit`; the target is locked until `close`. Without a
-    name the stream writes to the target directly, and `commit` replaces nothing."""
+    """A new file called `name`, in the folder of `target`. `commit` replaces the target by it; the target is locked
+    until `close`. If `name` is None, the stream writes to the target directly (a device or pipe), and `commit` only
+    syncs.
+    """
 
     def __init__(
         self, target: Path, name: str | None, stream: BinaryIO, held: HeldLock | None, within: Folder = FREE
@@ -196,7 +210,7 @@ class NewFile:
         self._held, self._within = held, within
 
     def commit(self) -> None:
-        """Sync the stream and move the file to the target's name; the stream then continues at its end."""
+        """Sync the stream and rename the file to the target; further writing continues at the end of the file."""
         sync(self.stream)
         if self.name is None:
             return
@@ -220,9 +234,10 @@ class NewFile:
 
 
 def create_beside(target: Path, held: HeldLock | None = None, within: Folder = FREE) -> NewFile:
-    """Create an empty, hidden file in the folder of the target (for a link: the folder of the link's target), and lock
-    the target. `held`: a lock that the caller keeps longer. Raises OSError, FileOpened if another writer has the
-    target."""
+    """Create an empty, hidden file in the folder of the target (links are followed), and lock the target. `held`: a
+    lock of the target that the caller has and keeps. Raises OSError, and FileOpened if another writer has locked the
+    target.
+    """
     within.check(target)
     if is_special(target):
         return NewFile(target, None, open_to_write(target), None)
@@ -242,7 +257,7 @@ def create_beside(target: Path, held: HeldLock | None = None, within: Folder = F
                         with suppress(OSError):
                             os.unlink(entry.path)
         new = target.with_name(f".{target.name}.{os.urandom(4).hex()}.part")
-        with within.parent(target) as parent:  # at first, only the owner may read the new file
+        with within.parent(target) as parent:  # only the owner may read the new file until `commit`
             handle = os.open(new if parent is None else new.name, CREATE, 0o600, dir_fd=parent)
         beside = NewFile(target, str(new), os.fdopen(handle, "wb"), lock if held is None else None, within)
         failed.pop_all()
@@ -266,19 +281,19 @@ def _replace(name: str, target: Path) -> None:
 
 
 def sync(stream: BinaryIO) -> None:
-    """Wait until the written bytes are on the disk. Raises OSError."""
+    """Wait until all written bytes are on the disk. Raises OSError."""
     stream.flush()
     sync_handle(stream.fileno())
 
 
 def sync_handle(handle: int) -> None:
-    """Wait until the written bytes are on the disk. Raises OSError."""
+    """Wait until all written bytes are on the disk. Raises OSError."""
     if (
         sys.platform == "darwin"
-    ):  # on macOS fsync leaves data in the cache of the drive; F_FULLFSYNC writes it (fsync(2))
-        import fcntl  # Windows has no fcntl
+    ):  # on macOS fsync may leave data in the cache of the drive; F_FULLFSYNC writes it to the disk (man fsync)
+        import fcntl  # imported here because Windows has no fcntl
 
-        with suppress(OSError):  # the disk does not support this operation
+        with suppress(OSError):  # if the disk does not support this operation, use fsync below
             fcntl.fcntl(handle, fcntl.F_FULLFSYNC)
             return
     try:
@@ -289,7 +304,7 @@ def sync_handle(handle: int) -> None:
 
 
 def check_writable(path: str | Path) -> None:
-    """Raise FileError now if the file could not be written later. No file is left behind."""
+    """Check that a file can be written later, without changing it. Raises FileError."""
     target = Path(path)
     with writing(target):
         if not is_special(target):
@@ -300,11 +315,13 @@ def check_writable(path: str | Path) -> None:
 
 @contextmanager
 def writing(path: Path, hint: str = "") -> Iterator[None]:
-    """Convert an OSError to a FileError that names the file. If no hint is given, the error gets its default hint."""
+    """Convert an OSError in the block to a FileError that names the file. `hint`: a hint for the user in place of the
+    usual hint.
+    """
     try:
         yield
     except BrokenPipeError:
-        raise  # the reader of this output has ended, which is not an error of the file
+        raise  # the program that reads the output has ended, which is no error of the file
     except OSError as error:
         raise FileError(f"{path} cannot be written: {reason(error)}", hint or _hint(path)) from error
 
@@ -323,7 +340,9 @@ def _hint(path: Path) -> str:
 
 
 def _mode_for(target: Path) -> int:
-    """Return the permissions of the replaced file, or those of a new file."""
+    """Return the permissions for a file that replaces `target`: those of the target, or if there is none, those of a
+    new file.
+    """
     try:
         return stat.S_IMODE(target.stat().st_mode)
     except OSError:
@@ -333,8 +352,9 @@ def _mode_for(target: Path) -> int:
 
 
 def sync_folder(folder: Path) -> None:
-    """Sync a folder, so that a new file name survives a power failure. Systems that cannot open a folder do this
-    themselves. Raises OSError."""
+    """Sync a folder, so that a new name in it survives a power failure. Systems that cannot open a folder (Windows)
+    need no sync. Raises OSError.
+    """
     try:
         handle = os.open(folder, os.O_RDONLY)
     except OSError:

@@ -1,55 +1,55 @@
-"""Read the file of `--cell`: a TOML file with names of signals, rules for inputs, and the scene around the robot.
+"""Read a cell file (option `--cell`): a TOML file with signal names, rules for inputs, and the scene around the robot.
 
-floor = -600                  # [mm] height of the floor in the world; without it: the surface that the robot stands on
+floor = -600                  # [mm] height of the floor in the world; default: the surface on which the robot stands
 
 [signals]
 "feeder.go" = 3
 "part.there" = 1003
 
 [[follow]]
-when = "feeder.go"          # a signal comes on; "-feeder.go": it goes off; a number will do, too
+when = "feeder.go"          # when this signal comes on ("-feeder.go": goes off); a name or a number
 set = "part.there"
 after = 0.8                 # [s]
-lasting = 0.5               # [s], then back again; without it, it stays
+lasting = 0.5               # [s] time until the signal changes back; default: it stays
 
 [[follow]]
 when = "camera.trigger"
 set = "camera.ready"
 variables = ["found.x", "found.y"]
-rows = [[120.0, 40.5], [80.0, -12.0]]    # one a time
-again = true                # after the last row comes the first
+rows = [[120.0, 40.5], [80.0, -12.0]]    # values of the variables; each time the next row
+again = true                # after the last row begin again with the first
 
 [hand]
-opening = 100                 # [mm] between the open fingers, which close along the tool's Y
-tolerance = 5                 # [mm] how far the tool's tip may be from a part that the hand takes
-size = [20, 80, 50]           # [mm] of the fingers, which end at the tip: sensors see them
+opening = 100                 # [mm] distance between the open fingers, which close along the tool's Y
+tolerance = 5                 # [mm] maximum distance of the tool's tip from a part that the hand grasps
+size = [20, 80, 50]           # [mm] size of the fingers, which end at the tip; sensors detect them
 signal = "part.held"          # an input that is on while the hand holds a part
 
 [[part]]
 name = "box"
-shape = "box"                 # size; cylinder: radius, height; sphere: radius; mesh: file, scale
+shape = "box"                 # with size; or cylinder: radius, height; sphere: radius; mesh: file, scale
 size = [40, 40, 60]
-at = [0, 550, -250]           # [mm] of its centre; or with O, A, T in degrees
+at = [0, 550, -250]           # [mm] position of its centre; O, A, T in degrees may follow
 colour = "red"                # or [0.8, 0.1, 0.1]
 mass = 0.2                    # [kg]
-grasp = [{at = [0, 0, 20], width = 40}]     # places in the part's frame; without it, wherever it is narrow enough
+grasp = [{at = [0, 0, 20], width = 40}]     # grasp points in the part's frame; default: wherever it fits the hand
 
 [[sensor]]
 name = "at.feeder"
-signal = 1001                 # -1001: on while nothing is there
-kind = "beam"                 # from, to, radius; box: at, size; proximity: at, direction, range, radius
+signal = 1001                 # input to set; -1001: it is on while nothing is detected
+kind = "beam"                 # with from, to, radius; or box: at, size; proximity: at, direction, range, radius
 from = [-100, 550, -250]
 to = [100, 550, -250]
 
 [[feeder]]
-when = "feeder.go"            # each time it comes on, the next part comes; "-feeder.go": it goes off
+when = "feeder.go"            # each time this signal comes on ("-feeder.go": goes off), the next part appears
 after = 0.8                   # [s]
-parts = ["box", "ring"]       # which are absent before
-at = [0, 550, -250]           # without it, each comes to its own place
-again = true                  # after the last comes the first, if it is absent
+parts = ["box", "ring"]       # the parts to supply; they are absent before
+at = [0, 550, -250]           # position where parts appear; default: the `at` of each part
+again = true                  # after the last part begin again with the first, if it is absent
 
 [[sink]]
-when = "belt.go"              # the parts in its zone that nobody holds go
+when = "belt.go"              # when this signal comes on, parts in the zone that no hand holds disappear
 at = [300, 450, -200]
 size = [200, 200, 200]
 """
@@ -74,11 +74,12 @@ from vrs_cli.language.words.values import OUTPUTS, STRING_LENGTH
 from vrs_cli.values import world
 from vrs_cli.values.numbers import LIMIT
 
-MAX_BODIES = 5000  # maximum number of parts and fixtures
+MAX_BODIES = 5000  # maximum number of parts and fixtures together
 MAX_PART_MASS_KG = 1000.0  # [kg] maximum mass of a part
 MAX_GRASPS = 20  # maximum number of grasps of one part
-MAX_MESH_FILE_BYTES, MAX_ALL_MESH_BYTES = 10_000_000, 40_000_000  # [B] maximum size of one mesh file, of all
-MAX_MESH_POINTS = 200_000  # maximum number of points of all meshes of a cell
+# [B] maximum size of one mesh file, and of all mesh files of a cell together
+MAX_MESH_FILE_BYTES, MAX_ALL_MESH_BYTES = 10_000_000, 40_000_000
+MAX_MESH_POINTS = 200_000  # maximum number of points of all meshes of a cell together
 SCENE_KEYS = ("part", "fixture", "sensor", "feeder", "sink", "hand", "floor")
 
 SHAPE_KEYS: Mapping[str, tuple[str, ...]] = {
@@ -109,7 +110,9 @@ V = TypeVar("V")
 
 
 class _SceneReader:
-    """Reads the `scene` of a cell, and adds mistakes to `text`."""
+    """Reads the scene (floor, parts, fixtures, sensors, hand and so on) from the tables of a cell file. `text` collects
+    the mistakes.
+    """
 
     def __init__(self, text: CellText, given: Mapping[str, Any]) -> None:
         self._text, self._given = text, given
@@ -135,7 +138,7 @@ class _SceneReader:
         )
 
     def _each(self, key: str, keys: Iterable[str], read: Callable[[CellEntry], V]) -> tuple[V, ...]:
-        """Read each table of the array [[key]]."""
+        """Read each table of the array [[key]] with the function `read`. `keys`: the allowed keys."""
         return tuple(map(read, self._text.entries(key, self._given.get(key, []), keys)))
 
     # --- bodies ---
@@ -169,7 +172,7 @@ class _SceneReader:
         return name
 
     def _shape(self, entry: CellEntry) -> world.Shape:
-        """Read a shape; return a box if the shape is wrong."""
+        """Read the shape of a part or fixture. If it is wrong, report the mistake and return some box."""
         text, kind = self._text, self._text.one_of(entry, "shape", SHAPE_KEYS)
         self._refuse_others(entry, kind, SHAPE_KEYS, "shape")
         match kind:
@@ -184,7 +187,7 @@ class _SceneReader:
         return _UNIT
 
     def _mesh(self, entry: CellEntry) -> world.Shape:
-        """Read a mesh file once for all bodies that use it."""
+        """Read the mesh that a part or fixture names; each mesh file is read only once."""
         text, file, scale = self._text, entry.given.get("file"), entry.given.get("scale", 1.0)
         if not isinstance(file, str):
             text.fault(entry, "file", "the name of an STL, OBJ or GLB file, beside the cell")
@@ -212,7 +215,9 @@ class _SceneReader:
     def _refuse_others(
         self, entry: CellEntry, kind: str | None, table: Mapping[str, tuple[str, ...]], what: str
     ) -> None:
-        """Report keys that only another kind of shape or sensor may have."""
+        """Report keys of an entry that only other kinds may have. `table`: the keys of each kind; `what`: "shape" or
+        "sensor".
+        """
         own = table.get(kind or "", ())
         others = {key for keys in table.values() for key in keys} - {*own, "at"}
         for key in sorted(others & entry.given.keys() if kind else ()):
@@ -319,18 +324,19 @@ class _SceneReader:
         return float(given) / 1000.0
 
 
-_UNIT = world.BoxShape((1.0, 1.0, 1.0))  # replaces a shape that is wrong
+_UNIT = world.BoxShape((1.0, 1.0, 1.0))  # stands for a shape that has mistakes
 
 
 KEYS = ("when", "set", "after", "lasting", "variables", "rows", "again")
 TABLES = ("signals", "follow", *SCENE_KEYS)
-MAX_CELL_CHARS = 2_000_000  # maximum number of characters of a cell file
-_VARIABLE = re.compile(r"(?i)\$?[A-Z][A-Z0-9._]*")  # NAME in grammar/val2.lark, but without location names
+MAX_CELL_CHARS = 2_000_000  # maximum size of a cell file
+# names of variables: NAME in grammar/val2.lark, but not those of locations
+_VARIABLE = re.compile(r"(?i)\$?[A-Z][A-Z0-9._]*")
 
 
 def read_cell(path: str) -> Cell:
-    """Read a cell and the meshes that it names. `path`: a file, or the name of a sample (`pick_and_place`). Raises
-    NonexistentFile, and FileDamaged with the line of each mistake.
+    """Read a cell file, and the mesh files that it names. `path`: a path, or the name of a sample that comes with vrs
+    (`pick_and_place`). Raises NonexistentFile, and FileDamaged with the line of each mistake.
     """
     if not Path(path).exists() and Path(path).name == path:
         sample = shipped_folder("programs") / f"{path.removesuffix('.toml')}.toml"
@@ -339,7 +345,9 @@ def read_cell(path: str) -> Cell:
 
 
 def parse_cell(text: str, path: str = "cell") -> Cell:
-    """Read the text of a cell. Raises FileDamaged."""
+    """Read a cell from the text of its file. `path`: the file's name in errors. Raises FileDamaged with the line of
+    each mistake.
+    """
     if len(text) > MAX_CELL_CHARS:
         raise FileDamaged(f"{path}: {len(text)} characters", f"at most {MAX_CELL_CHARS} are read")
     try:
@@ -366,7 +374,7 @@ _KNOWN = "[signals], [[follow]], [[part]], [[fixture]], [[sensor]], [[feeder]], 
 
 
 def _follow(text: CellText, entry: CellEntry) -> Follow | None:
-    """Read one [[follow]] table; return None if it is wrong."""
+    """Read one table [[follow]], a rule for an input signal. If it is wrong, report the mistakes and return None."""
     rule, mistakes = entry.given, len(text.wrong)
     when = text.signal(entry, "when")
     sets = text.signal(entry, "set") if "set" in rule else None
@@ -383,7 +391,9 @@ def _follow(text: CellText, entry: CellEntry) -> Follow | None:
 
 
 def _table(text: CellText, entry: CellEntry) -> tuple[tuple[str, ...], tuple[tuple[float | str, ...], ...]]:
-    """Read the variables of a rule, and the rows of their values."""
+    """Read the keys `variables` and `rows` of a rule: names of variables, and the rows of values that they get one
+    after the other.
+    """
     rule = entry.given
     variables, rows = rule.get("variables", []), rule.get("rows", [])
     if not (isinstance(variables, list) and all(isinstance(one, str) for one in variables)):
@@ -407,7 +417,7 @@ def _table(text: CellText, entry: CellEntry) -> tuple[tuple[str, ...], tuple[tup
 
 
 def _wrong_variable(name: str) -> str:
-    """Return why a name cannot be the name of a real or string variable; "" if it can."""
+    """Return the reason why a name cannot be that of a real or string variable; "" if it can."""
     if _VARIABLE.fullmatch(name) is None:
         return f"{name!r} is no name of a real, as found.x is, or of a string, as $kind is"
     if name.upper() in RESERVED:

@@ -1,4 +1,4 @@
-"""Read values from the text of a cell file, and collect mistakes with their lines."""
+"""Read values from the parsed tables of a cell file, and collect mistakes with their line numbers."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from vrs_cli.kinematics.transform import Transform, Vector, from_oat
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.trajectory.instant import LATEST, on_grid
 
-MAX_MISTAKES = 50  # maximum number of mistakes in a report
-MAX_MESSAGE_CHARS = 400  # maximum number of characters of a message
+MAX_MISTAKES = 50  # maximum number of mistakes that are reported
+MAX_MESSAGE_CHARS = 400  # maximum number of characters of one message
 MAX_LENGTH_MM = 100_000.0  # [mm] maximum absolute value of coordinates and sizes
 
 
@@ -22,7 +22,9 @@ _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 
 class CellEntry(NamedTuple):
-    """One table of the file: its name in messages, its line numbers from 0, and its keys and values."""
+    """One table of a cell file: its name in messages, the range of its lines (counted from 0), and its
+    keys and values.
+    """
 
     name: str
     lines: range
@@ -30,7 +32,9 @@ class CellEntry(NamedTuple):
 
 
 class CellText:
-    """Reads the values of a cell, continuing after each mistake. `names`: the numbers of named signals."""
+    """Reads values of a cell file, and collects mistakes in `wrong`: after a mistake a default value is returned, and
+    reading continues. `names`: the number of each named signal.
+    """
 
     def __init__(self, path: str, text: str) -> None:
         self.wrong: list[str] = []
@@ -43,8 +47,9 @@ class CellText:
         return CellEntry("", range(len(self._lines)), {})
 
     def entries(self, key: str, given: Any, keys: Iterable[str] | None) -> Iterator[CellEntry]:
-        """Yield each table of [[key]] with its line numbers; with all lines of the file if the tables are written
-        inline, as in `follow = [{when = 3}]`. `keys`: the allowed keys; None: the caller checks the keys."""
+        """Yield the tables of [[key]] with the lines of each. Tables written inline, as in `follow = [{when = 3}]`, get
+        all lines of the file. `keys`: the allowed keys; None: the caller checks the keys.
+        """
         if not isinstance(given, list):
             self.fault(self.whole, key, f"write [[{key}]], and below it what it is")
             return
@@ -62,7 +67,7 @@ class CellText:
                 self.fault(entry, key, "it is a table")
 
     def entry(self, key: str, given: Mapping[str, Any], keys: Iterable[str]) -> CellEntry:
-        """Return the table [key]; its lines end at the next heading."""
+        """Return the table [key] with its lines, which end before the next heading. `keys`: the allowed keys."""
         head = re.compile(rf"\s*\[\s*{key}\s*\]")
         first = next((at for at, line in enumerate(self._lines) if head.match(line)), 0)
         ends = (at for at in range(first + 1, len(self._lines)) if self._lines[at].lstrip().startswith("["))
@@ -71,26 +76,27 @@ class CellText:
         return entry
 
     def check_keys(self, entry: CellEntry, keys: Iterable[str]) -> None:
-        """Report unknown keys in alphabetical order."""
+        """Report keys of a table that are not in `keys`, in alphabetical order."""
         known = tuple(keys)
         for key in sorted(entry.given.keys() - set(known)):
             self.fault(entry, key, did_you_mean(key, known, f"there are {', '.join(known)}"))
 
     def fault(self, entry: CellEntry, key: str, what: str) -> None:
-        """Report a mistake at `key` in a table: on the line that begins with the key, or on the first line of the table
-        if there is no such line."""
+        """Report a mistake at a key of a table. The message has the number of the line that begins with the key, or of
+        the table's first line if there is no such line.
+        """
         if len(self.wrong) == MAX_MISTAKES:
             self.wrong.append(f"{self.path}: there are more mistakes")
         if len(self.wrong) > MAX_MISTAKES:
             return
         line = min(self.lines_from(entry, key), default=0)
-        message = _CONTROL.sub("?", f"{entry.name}{key}: {what}")  # a message has one line
+        message = _CONTROL.sub("?", f"{entry.name}{key}: {what}")  # keep the message on one line
         if len(message) > MAX_MESSAGE_CHARS:
             message = f"{message[: MAX_MESSAGE_CHARS - 3]}..."
         self.wrong.append(f"{self.path}:{line + 1}: {message}")
 
     def lines_from(self, entry: CellEntry, key: str) -> range:
-        """Return the lines of a table, starting with the line that begins with a key; all lines if no line does."""
+        """Return the range of a table's lines from the line that begins with `key`; all its lines if none does."""
         last = re.escape(key.rpartition(".")[2])
         begins = re.compile(rf"""(?i)[\s\["'\w.-]*(?<!\w){last}["']?\s*[=.\]]""")
         first = next((at for at in entry.lines if begins.match(self._lines[at])), entry.lines.start)
@@ -99,7 +105,9 @@ class CellText:
     # --- signals and times ---
 
     def name_signals(self, given: Mapping[str, Any], before: str = "") -> None:
-        """Read the names of signals. TOML makes nested tables of names with dots that are not quoted."""
+        """Read the names and numbers of signals. TOML turns names with dots that are not quoted into nested tables;
+        `before` is the part of the name before such a table.
+        """
         for last, number in given.items():
             name = f"{before}{last}".lower()
             twin = next((known for known, other in self.names.items() if other == number), "")
@@ -113,7 +121,7 @@ class CellText:
                 self.names[name] = number
 
     def signal(self, entry: CellEntry, key: str) -> int | None:
-        """Read a signal by name or number; a minus sign means off."""
+        """Read a signal, given by name or number, and return its number; a minus sign means the signal is off."""
         given = entry.given.get(key)
         if isinstance(given, str):
             name = given.removeprefix("-").lower()
@@ -129,7 +137,7 @@ class CellText:
         return None
 
     def input_signal(self, entry: CellEntry, key: str) -> int | None:
-        """Read the signal of a sensor, which must be an input."""
+        """Read the signal that a sensor sets, which must be an input (1001 to 1512)."""
         found = self.signal(entry, key)
         if found is not None and abs(found) not in INPUTS:
             self.fault(entry, key, f"{found} is no input: a sensor sets one of 1001 to 1512")
@@ -137,7 +145,7 @@ class CellText:
         return found
 
     def claim(self, entry: CellEntry, key: str, signal: int) -> None:
-        """Report a signal that another entry of the scene already sets."""
+        """Note that a table sets a signal; report a mistake if another table sets it too."""
         if signal and (other := self._claimed.setdefault(abs(signal), entry.name)) != entry.name:
             self.fault(entry, key, f"{abs(signal)} is set by {other.rstrip(' :')} already")
 
@@ -156,10 +164,12 @@ class CellText:
             self.fault(entry, key, f"{quote_value(given)} is neither true nor false")
         return given is True
 
-    # --- lengths and places: millimetres and degrees in the file, metres and radians inside ---
+    # --- lengths and poses: millimetres and degrees in the file, metres and radians in results ---
 
     def length(self, entry: CellEntry, key: str, default: float | None = None, *, least: float = 0.01) -> float:
-        """Read a length in mm. `default`: in mm; None: the length is required."""
+        """Read a length in mm of at least `least` mm, and return it in metres. `default`: the length in mm if the key
+        is missing; None: the key is required.
+        """
         given = entry.given.get(key, default)
         if type(given) not in (int, float) or not least <= given <= MAX_LENGTH_MM:
             missing = "it is missing; " if given is None else f"{quote_value(given)}: "
@@ -168,7 +178,7 @@ class CellText:
         return float(given) / 1000.0
 
     def size(self, entry: CellEntry, key: str = "size") -> Vector:
-        """Read three lengths in mm."""
+        """Read three lengths in mm, and return them in metres."""
         found = self._numbers(entry, key, (3,), "[x, y, z] in mm, such as [40, 40, 60]")
         if found is None:
             return (1.0, 1.0, 1.0)
@@ -178,12 +188,12 @@ class CellText:
         return (x / 1000.0, y / 1000.0, z / 1000.0)
 
     def place(self, entry: CellEntry, key: str) -> Vector:
-        """Read a point in mm."""
+        """Read a point in mm, and return it in metres."""
         x, y, z = self._numbers(entry, key, (3,), "[X, Y, Z] in mm") or (0.0, 0.0, 0.0)
         return (x / 1000.0, y / 1000.0, z / 1000.0)
 
     def direction(self, entry: CellEntry, key: str) -> Vector:
-        """Read a direction of any length; return it as a unit vector."""
+        """Read a direction, given as a vector of any length, and return it as a unit vector."""
         x, y, z = self._numbers(entry, key, (3,), "[x, y, z], such as [0, 0, -1]") or (0.0, 0.0, 1.0)
         length = sqrt(x * x + y * y + z * z)
         if not length > 1e-6:
@@ -192,7 +202,9 @@ class CellText:
         return (x / length, y / length, z / length)
 
     def pose(self, entry: CellEntry, key: str) -> Transform:
-        """Read [X, Y, Z] or [X, Y, Z, O, A, T]. Without angles, the axes are those of the world."""
+        """Read a pose given as [X, Y, Z] or [X, Y, Z, O, A, T]. Without angles, its axes are parallel to those of the
+        world.
+        """
         wanted = "[X, Y, Z] in mm, or [X, Y, Z, O, A, T] with degrees"
         x, y, z, *angles = self._numbers(entry, key, (3, 6), wanted) or (0.0, 0.0, 0.0)
         o, a, t = map(radians, angles or UPRIGHT)
@@ -213,7 +225,7 @@ class CellText:
     # --- other values ---
 
     def one_of(self, entry: CellEntry, key: str, known: Iterable[str]) -> str | None:
-        """Read a word that must be in a table of allowed words."""
+        """Read a word that must be one of `known`; report a mistake and return None if it is not."""
         given, words = entry.given.get(key), tuple(known)
         if isinstance(given, str) and given in words:
             return given
@@ -222,15 +234,15 @@ class CellText:
         return None
 
     def beside(self, name: str) -> Path:
-        """Return the path of a file that is named relative to the folder of the cell."""
+        """Return the path of a file whose name is relative to the folder of the cell file."""
         return Path(self.path).parent / name
 
 
-UPRIGHT = (90.0, -90.0, 0.0)  # O, A, T for axes along those of the world
+UPRIGHT = (90.0, -90.0, 0.0)  # [deg] O, A, T of a frame whose axes are parallel to those of the world
 
 
 def quote_value(given: Any) -> str:
-    """Return a value as text for a message, shortened if it is long."""
+    """Return a value as a text of at most 80 characters, for messages."""
     text = repr(given) if not isinstance(given, int) or abs(given) < 1e30 else "a huge number"
     return text if len(text) <= 80 else f"{text[:77]}..."
 

@@ -1,9 +1,10 @@
-"""Manage the files of a folder: the commands FDIRECTORY, FDELETE, FCOPY, FRENAME; the working folder of a run; and the
-open files of running programs, by task and logical unit. The caller decides whether to overwrite. A run writes all
-files in its working folder; files that it reads are first copied there. Disk operations set a status: 1 or an error
-code; only mistakes of the program are raised. A file is read completely when it is opened. A written file grows under a
-temporary name and gets its own name when it is closed, or when its task stops, so that a reader sees the complete file
-or nothing."""
+"""Manage files for users and programs: the commands FDIRECTORY, FDELETE, FCOPY and FRENAME, the working folder of a
+run, and the files that running programs have open, by task and logical unit. Callers decide whether existing files may
+be overwritten. A run writes all its files into its working folder; files that it reads are first copied there. Disk
+operations of programs set a status: 1, or an error code; only mistakes in the program raise errors. A file is read
+completely when it is opened. A file that is written has a temporary name until it is closed or its task stops, so that
+readers see the complete file or none.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +26,9 @@ from vrs_cli.values.replies import FileRow
 
 
 def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:
-    """List a folder, with its folders first; for a path that is not a folder, list the files that match the path's last
-    part (`*.v2`). Hidden files are omitted. Raises NonexistentFile, FileError."""
+    """List the content of a folder, subfolders first. If `asked` is not a folder, its last part is a pattern such as
+    `*.v2`: list the matching files. Hidden files are left out. Raises NonexistentFile, FileError.
+    """
     folder, pattern = (asked, "*") if asked.is_dir() else (asked.parent, asked.name)
     if not folder.is_dir():
         raise errors.NonexistentFile(str(folder), "name a folder, or files as *.v2")
@@ -46,7 +48,7 @@ def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:
 
 
 def existing(path: Path) -> Path:
-    """Return the path of an existing file. Raises NonexistentFile, FileError for a folder."""
+    """Check that a path leads to a file, and return the path. Raises NonexistentFile, or FileError for a folder."""
     if path.is_dir():
         raise errors.FileError(f"{path} is a folder", "name a file")
     if not os.path.lexists(path):
@@ -55,7 +57,9 @@ def existing(path: Path) -> Path:
 
 
 def target(old: Path, new: Path) -> Path:
-    """Return the path of a copy. A name without an extension gets the extension of the old file. Raises FileError."""
+    """Return the path to which the file `old` is copied or renamed if the user names `new`: a name without an extension
+    gets that of the old file, and a folder gets a file with the old name. Raises FileError if both are the same file.
+    """
     named = new if new.suffix or new.is_dir() else new.with_name(new.name + old.suffix)
     place = named / old.name if named.is_dir() else named
     if place.exists() and place.samefile(old):
@@ -78,7 +82,7 @@ def rename(old: Path, new: Path, within: Folder = FREE) -> None:
 
 
 def _in(folder: int | None, path: Path) -> str | Path:
-    """Return the name of a file relative to an open folder; its path if no folder is open."""
+    """Return the name of a file relative to the handle of its open folder; its whole path if the folder is not open."""
     return path if folder is None else path.name
 
 
@@ -113,13 +117,16 @@ MAX_COPY_BYTES = 100_000_000
 
 
 class WorkingFolder(Folder, frozen=True, kw_only=True):
-    """A closed folder in which the files of `source` appear to exist: a file is copied when it is first named; links,
-    devices and pipes are not. `below`: files in folders below `source` are copied too."""
+    """A closed folder in which the files of the folder `source` appear to exist: each file is copied when a program
+    first names it; links, devices and pipes are not copied. `below`: whether files in subfolders of `source` are copied
+    too.
+    """
 
     source: Path
     closed: bool = True
     below: bool = True
-    _named: dict[Path, os.stat_result | None] = field(default_factory=dict)  # file status of each copy
+    # the status (stat) of each copy when it was made; None if no file was copied
+    _named: dict[Path, os.stat_result | None] = field(default_factory=dict)
 
     def inside(self, name: str, *, pattern: bool = False) -> Path:
         path = Folder.inside(self, name, pattern=pattern)
@@ -129,8 +136,8 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
         return path
 
     def _copy_of(self, path: Path) -> os.stat_result | None:
-        """Copy a file if it exists and can be read, and return the copy's status. Raises FileError if it cannot be
-        copied.
+        """Copy the file with this path in the working folder from `source`, and return the status (stat) of the copy;
+        None if there is no such file to read. Raises FileError if the file cannot be copied.
         """
         inner = path.relative_to(self.root)
         if path.exists() or (len(inner.parts) > 1 and not self.below):
@@ -155,7 +162,7 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
                         f"{path.name}: {error.strerror}", "the folder of the run has no room for a copy"
                     ) from None
                 return path.stat()
-        except (OSError, errors.FileOutside):  # the file does not exist, or cannot be read
+        except (OSError, errors.FileOutside):  # the file does not exist in `source`, or cannot be read
             return None
 
     def drop_copies(self) -> None:
@@ -173,8 +180,9 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
 
 @contextmanager
 def working_folder(source: Path, kept: Path | None = None, *, below: bool = True) -> Iterator[WorkingFolder]:
-    """Yield a working folder for one run, and remove it afterwards. `kept`: use this folder instead, and keep the files
-    written. Raises FileError if the folder cannot be made."""
+    """Create a temporary working folder for one run, yield it, and remove it at the end. `kept`: use this folder
+    instead, and at the end remove only unchanged copies. Raises FileError if the folder cannot be created.
+    """
     from tempfile import TemporaryDirectory
 
     if kept is None:
@@ -192,12 +200,14 @@ def working_folder(source: Path, kept: Path | None = None, *, below: bool = True
         folder.drop_copies()
 
 
-BLOCK = 4096  # [B] size counted for an empty file in a folder of limited size
+BLOCK = 4096  # [B] an empty file counts as this size in a folder of limited size
 
 
 class Unit(Struct, eq=False):
-    """A logical unit of one task. `file`: the text that is being read, or the new file that is being written. `status`:
-    the status of the last operation; `length`: the length of the last record [characters]."""
+    """A logical unit of the disk, as one task uses it. `attached`: whether the task has attached the unit. `file`: the
+    text of the file being read, or the new file being written; None if no file is open. `status`: the status of the
+    last operation; `length`: the length of the last record read [characters].
+    """
 
     attached: bool = False
     path: Path | None = None
@@ -207,7 +217,7 @@ class Unit(Struct, eq=False):
 
     @contextmanager
     def attempt(self) -> Iterator[None]:
-        """Set the status to success, or to the code of an error raised in the block."""
+        """Catch an error in the block, and set the status to its code; without an error, to success."""
         try:
             yield
         except errors.VrsError as error:
@@ -220,7 +230,9 @@ class Unit(Struct, eq=False):
             self.status = SUCCESS
 
     def read(self, record: Callable[[StringIO], str]) -> str:
-        """Read a record. Raises FileNotOpened, FileError, EndOfInput."""
+        """Read a record of the open file with the function `record`. Raises FileNotOpened, FileError if the file is
+        open to be written, EndOfInput.
+        """
         self.check_open()
         if not isinstance(self.file, StringIO):
             raise errors.FileError("the file is open to be written", "FCLOSE, then FOPENR reads it")
@@ -229,14 +241,14 @@ class Unit(Struct, eq=False):
         return text
 
     def write(self, text: str) -> None:
-        """Write a text. Raises FileNotOpened, FileError, OSError."""
+        """Write a text to the open file. Raises FileNotOpened, FileError if the file is open to be read, OSError."""
         self.check_open()
         if not isinstance(self.file, NewFile):
             raise errors.FileError("the file is open to be read", "FOPENW and FOPENA open one to be written")
         self.file.stream.write(text.encode("utf-8", "replace"))
 
     def close(self) -> None:
-        """Close the file; a file that was written gets its own name. Raises OSError."""
+        """Close the file; a file that was written gets its final name. Raises OSError."""
         file, self.path, self.file = self.file, None, None
         if isinstance(file, NewFile):
             try:
@@ -250,20 +262,21 @@ class Unit(Struct, eq=False):
 
 
 class Disk(Struct, eq=False):
-    """The open files of all tasks. Names are relative to `folder` or to the task's own folder, and cannot lead out of
-    it. Before bytes are written, `spend` is called with their number. `hold` is called with the number of characters of
-    all files open for reading. Each may raise an error to refuse the operation."""
+    """The logical units and open files of all tasks. File names are relative to `folder`, or to the task's own folder,
+    and cannot lead out of it. `spend`: called with the number of bytes before they are written. `hold`: called before a
+    file is opened, with the total size of all files open for reading. Both may raise an error to refuse the operation.
+    """
 
     folder: Folder
     spend: Callable[[int], None] = lambda _size: None
     hold: Callable[[int], None] = lambda _characters: None
-    folders: dict[int, Folder] = field(default_factory=dict)  # folders of the tasks that have their own
+    folders: dict[int, Folder] = field(default_factory=dict)  # by task number, the folder of each task that has its own
     _units: dict[tuple[int, int], Unit] = field(default_factory=dict)
 
     # --- folders ---
 
     def place(self, task: int, folder: Folder | None) -> None:
-        """Set the folder for the files of a new task; None: the common folder."""
+        """Set the folder for the files of a new task; None: the common `folder`."""
         self.folders.pop(task, None)
         if folder is not None:
             self.folders[task] = folder
@@ -271,11 +284,11 @@ class Disk(Struct, eq=False):
     # --- units ---
 
     def unit(self, task: int, unit: int) -> Unit:
-        """Return a unit of a task, whether attached or not."""
+        """Return a logical unit of a task, even if it is not attached."""
         return self._units.get((task, unit)) or Unit()
 
     def attached_unit(self, task: int, unit: int) -> Unit:
-        """Return a unit that a task has attached. Raises UnitNotAttached."""
+        """Return a logical unit of a task. Raises UnitNotAttached if the task has not attached it."""
         one = self.unit(task, unit)
         if not one.attached:
             raise errors.UnitNotAttached(f"logical unit {unit}", f"ATTACH ({unit}) comes first")
@@ -287,7 +300,9 @@ class Disk(Struct, eq=False):
         one.attached, one.status = True, SUCCESS
 
     def free(self, task: int) -> int:
-        """Return the first unit that a task has not attached. Raises UnitNotAttached if all are attached."""
+        """Return the number of the first disk unit that a task has not attached. Raises UnitNotAttached if all are
+        attached.
+        """
         for unit in DISKS:
             if not self.unit(task, unit).attached:
                 return unit
@@ -303,14 +318,16 @@ class Disk(Struct, eq=False):
     # --- files ---
 
     def open(self, task: int, unit: int, name: str, access: Access) -> None:
-        """Open a file. Raises UnitNotAttached, FileOutside; other errors set the status."""
+        """Open a file on a unit. Raises UnitNotAttached, FileOutside, and the errors of `hold` and `spend`; other
+        errors set the status.
+        """
         folder = self.folders.get(task, self.folder)
         one, path = self.attached_unit(task, unit), folder.inside(name)
         if access is Access.READ and path.is_file():
             read = sum(len(other.file.getvalue()) for other in self._units.values() if isinstance(other.file, StringIO))
             self.hold(read + path.stat().st_size)
         if access is Access.APPEND and path.is_file():
-            self.spend(path.stat().st_size)  # copy the file's present content first
+            self.spend(path.stat().st_size)  # the file's current content is copied first, and counts as written
         elif access is not Access.READ and folder.closed and not path.exists():
             self.spend(BLOCK)
         with one.attempt():
@@ -318,20 +335,20 @@ class Disk(Struct, eq=False):
                 raise errors.FileOpened(one.path.name, "FCLOSE closes it")
             others = [other for other in self._units.values() if other.path == path]
             written = any(isinstance(other.file, NewFile) for other in others)
-            if written or (others and access is not Access.READ):  # a file may have many readers or one writer
+            if written or (others and access is not Access.READ):  # a file may have several readers or one writer
                 raise errors.FileOpened(path.name, "it is open on another unit")
             one.file = _open(path, access, folder)
             one.path = path
 
     def close(self, task: int, unit: int) -> None:
-        """Close the file of a unit; if no file is open, the status is an error code. Raises UnitNotAttached."""
+        """Close the file of a unit, and set the status (an error code if no file is open). Raises UnitNotAttached."""
         one = self.attached_unit(task, unit)
         with one.attempt():
             one.check_open()
             one.close()
 
     def delete(self, task: int, unit: int, name: str) -> None:
-        """Delete a file. Raises UnitNotAttached, FileOutside."""
+        """Delete a file, and set the status of the unit. Raises UnitNotAttached, FileOutside."""
         folder = self.folders.get(task, self.folder)
         one, path = self.attached_unit(task, unit), folder.inside(name)
         with one.attempt():
@@ -344,7 +361,9 @@ class Disk(Struct, eq=False):
     # --- records ---
 
     def read(self, task: int, unit: int) -> str | None:
-        """Return the next record; or set the status to the reason and return None. Raises UnitNotAttached."""
+        """Read the next record (line) of a unit's file, and return it; if that is impossible, set the status to the
+        error code and return None. Raises UnitNotAttached.
+        """
         one, line = self.attached_unit(task, unit), None
         with one.attempt():
             line = one.read(StringIO.readline).removesuffix("\n").removesuffix("\r")
@@ -352,14 +371,16 @@ class Disk(Struct, eq=False):
         return line
 
     def character(self, task: int, unit: int) -> int:
-        """Return the code of the next character, or an error code."""
+        """Read the next character of a unit's file, and return its code; if that is impossible, return an
+        error code.
+        """
         try:
             return ord(self.attached_unit(task, unit).read(lambda text: text.read(1)))
         except errors.VrsError as error:
             return error.code
 
     def write(self, task: int, unit: int, text: str) -> None:
-        """Write a text. Raises UnitNotAttached, and the errors of `spend`."""
+        """Write a text to a unit's file, and set the status. Raises UnitNotAttached, and the errors of `spend`."""
         one = self.attached_unit(task, unit)
         if isinstance(one.file, NewFile):
             self.spend(len(text.encode("utf-8", "replace")))
@@ -367,10 +388,10 @@ class Disk(Struct, eq=False):
             one.write(text)
         one.length = len(text)
 
-    # --- endings ---
+    # --- tasks that stop ---
 
     def rest(self, task: int) -> None:
-        """Save what a stopped task has written so far. The task may continue."""
+        """Save the files that a stopped task has written so far; they stay open, because the task may continue."""
         for (owner, _), one in self._units.items():
             if owner == task and isinstance(one.file, NewFile):
                 with one.attempt():
@@ -391,7 +412,9 @@ class Disk(Struct, eq=False):
 
 
 def _open(path: Path, access: Access, within: Folder) -> StringIO | NewFile:
-    """Open a file. Raises FileError, FileExists, OSError."""
+    """Open a file to read, write or append, and return its text or a new file. Raises FileError,
+    FileExists, OSError.
+    """
     import shutil
 
     if path.exists() and not path.is_file():

@@ -1,5 +1,6 @@
-"""Export trajectories in the formats of other programs. `EXPORTERS` lists the formats; each of them writes a stream
-piece by piece."""
+"""Export trajectories in the formats of other programs. `EXPORTERS` lists the formats. Each exporter writes to a stream
+in small pieces, so that long trajectories need little memory.
+"""
 
 from __future__ import annotations
 
@@ -28,21 +29,22 @@ from vrs_cli.trajectory.row import coefficients
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
-DECIMALS = 9  # number of decimals for degrees and for millimetres
+DECIMALS = 9  # number of decimals in exported angles [deg] and lengths [mm]
 STANDARD_OUTPUT = "-"
-COPIED_AT_ONCE = 1 << 18  # number of bytes of a temporary file that are copied at a time
+COPIED_AT_ONCE = 1 << 18  # [B] amount that is copied from a temporary file at a time
 
-CUBIC = 3  # degree of a polynomial through positions and velocities at both ends
+CUBIC = 3  # degree of the polynomials with which a controller interpolates positions and velocities
 TOOL_COLUMNS = ("x", "y", "z", "o", "a", "t_angle")
 
 
 class Exporter(Struct, frozen=True):
-    """A format: its name for `--to`, its file extension, and its writer (stream, arm, timeline, number).
+    """An export format: its name after `--to`, its file extension, and its writer, a function of stream, arm, timeline
+    and a number.
 
-    The number is a sampling rate [Hz], or the time [s] for a picture of one moment. `shows_cell`: `write` also takes
-    the World around the robot, as `world`. `tells_measured`: `write` also takes the reports of the real arm, as
-    `measured`. `check` raises UsageError if a package is missing. `usual`: returns the default of the number for a
-    timeline.
+    The number is a sampling rate [Hz], or for a picture the time that it shows [s]. `shows_cell`: whether `write` has a
+    parameter `world` for the World around the robot. `tells_measured`: whether `write` has a parameter `measured` for
+    the reports of the real arm. `check`: a function that raises UsageError if a package is missing. `usual`: a function
+    of a timeline that returns the default number.
     """
 
     name: str
@@ -50,7 +52,8 @@ class Exporter(Struct, frozen=True):
     summary: str
     write: Callable[..., None]
     check: Callable[[], None] = lambda: None
-    usual: Callable[[Timeline], float] | None = None  # default sampling rate [1/s]; None: the default of tables
+    # default of the number [Hz or s]; None: the default sampling rate of tables
+    usual: Callable[[Timeline], float] | None = None
     of_moment: bool = False
     shows_cell: bool = False
     tells_measured: bool = False
@@ -59,7 +62,9 @@ class Exporter(Struct, frozen=True):
 def export(
     exporter: Exporter, path: str, standard_output: BinaryIO, arm: RobotArm, timeline: Timeline, number: float
 ) -> None:
-    """Write a file completely or not at all, or write to `standard_output` if `path` is `-`. Raises FileError."""
+    """Export a timeline to a file, completely or not at all; to `standard_output` if `path` is `-`. `number`: see
+    `Exporter`. Raises FileError.
+    """
     opened: AbstractContextManager[BinaryIO]
     opened = nullcontext(standard_output) if path == STANDARD_OUTPUT else atomically(path)
     with opened as stream:
@@ -72,9 +77,10 @@ def export(
 def write_csv(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, measured: MeasuredTimeline | None = None
 ) -> None:
-    """Write columns t [s], jt1 ... jtn [deg, mm for a slide], x, y, z [mm], o, a, t_angle [deg]. With `measured`, also
-    write jt1_measured ... jtn_measured, empty where the measured joints are unknown. The rows are at `sample_times`.
-    Times have all digits, so that reading them back gives the same instants."""
+    """Write a CSV table with the columns t [s], jt1 ... jtn [deg; mm for prismatic joints], x, y, z [mm], o, a, t_angle
+    [deg], and a row at each of the `sample_times`. With `measured`, also write jt1_measured ... jtn_measured, empty
+    where the measured joints are unknown. Times have all digits, so that they are read back exactly.
+    """
     names = joint_names(arm.model.joint_count)
     columns = ("t", *names, *TOOL_COLUMNS)
     also = () if measured is None else tuple([f"{name}_measured" for name in names])
@@ -88,8 +94,8 @@ def write_csv(
 
 
 def table(places: position.PlaceArrays, units: JointUnits) -> Floats:
-    """Return a table (N, 1 + n + 6): t [s], joints [deg, mm], x, y, z [mm], o, a, t [deg]; degrees and millimetres are
-    rounded.
+    """Return the columns of a CSV table (N, 1 + n + 6): t [s], joints [deg, mm], x, y, z [mm], o, a, t [deg]. All but
+    the times are rounded to DECIMALS.
     """
     T = places.T_world_tool
     columns = (shown_joints(places.joints, units), T[:, :, 3] * 1000.0, np.degrees(to_oat_batch(T)))
@@ -98,7 +104,7 @@ def table(places: position.PlaceArrays, units: JointUnits) -> Floats:
 
 
 def _shown_measured(measured: MeasuredTimeline, times: Floats, units: JointUnits) -> Floats:
-    """Return the measured joints at times (N,) as (N, n) [deg, mm], NaN where they are unknown."""
+    """Return the measured joints (N, n) [deg, mm] at times (N,) [s], NaN where they are unknown."""
     return np.round(shown_joints(measured.joints_over(times), units), DECIMALS) + 0.0
 
 
@@ -113,8 +119,9 @@ def shown_joints(q: Floats, units: JointUnits) -> Floats:
 def write_json(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, measured: MeasuredTimeline | None = None
 ) -> None:
-    """Write a list with an object for each sample, in the form of `vrs where --json`. With `measured`, also write
-    `measured_deg`, null where the measured joints are unknown."""
+    """Write a JSON list with an object for each sample, which has the same keys as the output of `vrs where --json`.
+    With `measured`, objects also have `measured_deg`, null where the measured joints are unknown.
+    """
     n = arm.model.joint_count
     units = arm.model.units.json_units(n)
     before = "[\n  "
@@ -139,9 +146,12 @@ def write_json(
 def write_npz(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, measured: MeasuredTimeline | None = None
 ) -> None:
-    """Write arrays in metres, radians and seconds: N samples, and the M segments with their polynomials. With
-    `measured`, also write the R reports: `measured_times` (R,), `measured_joints`, `measured_velocities` (R, n)."""
-    with TemporaryFile() as whole:  # zipfile writes other bytes to a stream that is not seekable
+    """Write a NumPy archive of arrays in metres, radians and seconds: N samples, and the M segments with their
+    polynomials. With `measured`, also write the R reports of the real arm: `measured_times` (R,), `measured_joints` and
+    `measured_velocities` (R, n).
+    """
+    # a seekable file, because zipfile would write different bytes to a stream that is not seekable
+    with TemporaryFile() as whole:
         with ZipFile(whole, "w") as archive:
             _write_samples(archive, arm, timeline, rate)
             arrays = _segments(list(timeline))
@@ -157,8 +167,9 @@ def write_npz(
 
 
 def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    """Write the sample arrays one after the other, in the order of the archive; each is first collected in a temporary
-    file."""
+    """Compute the samples in chunks, collect each array in a temporary file, and then copy the arrays to the archive in
+    its order.
+    """
     with ExitStack() as opened:
         files: dict[str, IO[bytes]] = {}
         for times in sample_times(timeline, rate):
@@ -186,8 +197,9 @@ def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: fl
 
 
 def _segments(segments: list[Segment]) -> dict[str, NDArray[np.generic]]:
-    """Return the arrays of the M segments. Polynomials have ascending powers of t - t_s, and are NaN where the segment
-    is planned in another space."""
+    """Return the arrays that describe the M segments. Polynomials have ascending powers of t - t_s, with t_s the start
+    of the segment. Joint polynomials are NaN for segments that are planned as tool motions, and the reverse.
+    """
     paths = [segment.path for segment in segments]
     joints = coefficients(paths).transpose(1, 2, 0).copy()
     lines = {row: path.position for row, path in enumerate(paths) if isinstance(path, CartesianPath)}
@@ -210,25 +222,26 @@ def _segments(segments: list[Segment]) -> dict[str, NDArray[np.generic]]:
 # --- ROS 2 trajectory_msgs/JointTrajectory, as JSON ------------------------------------------------------------
 
 
-LINE_RATE = 50.0  # [Hz] minimum rate of points on straight lines
-EXACT = 3e-8  # [rad, m] maximum error of an interpolation
-HALVINGS = 20  # maximum number of times that an interval with too large an error is halved
-SAME = 1e-9  # absolute [rad/s2] and relative tolerance for equal accelerations
+LINE_RATE = 50.0  # [Hz] minimum rate of trajectory points on straight lines
+EXACT = 3e-8  # [rad, m] maximum error of the controller's interpolation between points
+HALVINGS = 20  # maximum number of times that an interval is halved because its error is too large
+SAME = 1e-9  # accelerations count as equal within this absolute [rad/s2] and relative tolerance
 
 
 class _Points(NamedTuple):
-    """Sorted times (N,) [s], and whether the acceleration is continuous at each of them."""
+    """The times of trajectory points (N,) [s], sorted, and whether the acceleration is continuous at each."""
 
     times: Floats
     smooth: Flags
 
 
 def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    """Write one JointTrajectory in radians and seconds whose points make a JointTrajectoryController interpolate our
-    motion. The controller's interpolation is cubic between points with velocities, quintic between points that also
-    have accelerations (ros2_controllers, trajectory.cpp). There is a point at each segment boundary, with accelerations
-    if they are continuous there, and as many points between as needed. `rate`: rate of additional points [Hz]; 0 for
-    none."""
+    """Write a ROS 2 JointTrajectory message in radians and seconds, as JSON. Its points are chosen so that the
+    interpolation of a JointTrajectoryController reproduces the motion: it is cubic between points with velocities, and
+    quintic between points that also have accelerations (ros2_controllers, trajectory.cpp). There is a point at each
+    segment boundary, with accelerations if they are continuous there, and as many points between as needed. `rate`:
+    rate of additional points [Hz]; 0 for none.
+    """
     header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "world"}
     names = json.dumps(joint_names(arm.model.joint_count))
     stream.write(f'{{\n"header": {json.dumps(header)},\n"joint_names": {names},\n"points": ['.encode("ascii"))
@@ -243,7 +256,9 @@ def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
 
 
 class _Span(NamedTuple):
-    """A segment, or a time in which the robot is at rest, with the accelerations [rad/s2] at its start and end."""
+    """The interval of a segment, or an interval in which the robot is at rest (`segment` is None), with the
+    accelerations [rad/s2] at its start and end.
+    """
 
     begin: float
     end: float
@@ -253,7 +268,7 @@ class _Span(NamedTuple):
 
 
 def _spans(arm: RobotArm, timeline: Timeline) -> Iterator[_Span]:
-    """Yield the spans of a timeline, and at its end a span of length 0."""
+    """Yield the spans of a timeline in order of time, and finally a span of length 0 at its end."""
     still, at = (0.0,) * arm.model.joint_count, timeline.start
     for segment in timeline:
         if segment.start > at:
@@ -265,7 +280,7 @@ def _spans(arm: RobotArm, timeline: Timeline) -> Iterator[_Span]:
 
 
 def _ros_times(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[_Points]:
-    """Yield the points of each span, and last the end point."""
+    """Yield the trajectory points of each span, and finally the end point."""
     before = still = (0.0,) * arm.model.joint_count
     for span, following in pairwise(_spans(arm, timeline)):
         points = _between(timeline, rate, span, smooth=_same(before, span.first))
@@ -279,7 +294,9 @@ def _same(a: Joints, b: Joints) -> bool:
 
 
 def _between(timeline: Timeline, rate: float, span: _Span, *, smooth: bool) -> _Points:
-    """Return the start of a span and the samples inside it."""
+    """Return the points at the start of a span and at the sample times inside it. `smooth`: whether the acceleration is
+    continuous at the start.
+    """
     first, last = (ceil((t - timeline.start) * rate) for t in (span.begin, span.end))
     samples = timeline.start + np.arange(first, last) / (rate or 1.0)
     times = np.concatenate(([span.begin], samples[(samples > span.begin) & (samples < span.end)]))
@@ -287,7 +304,9 @@ def _between(timeline: Timeline, rate: float, span: _Span, *, smooth: bool) -> _
 
 
 def _refine(arm: RobotArm, timeline: Timeline, span: _Span, points: _Points, *, smooth_end: bool) -> _Points:
-    """Insert points until the interpolation is exact enough. Polynomials up to degree 3 are exact already."""
+    """Insert points into a span until the controller's interpolation is exact within EXACT. Joint polynomials up to
+    degree 3 need none. `smooth_end`: whether the acceleration is continuous at the span's end.
+    """
     segment = span.segment
     if segment is None or (isinstance(segment.path, JointPath) and segment.path.degree <= CUBIC):
         return points
@@ -315,7 +334,7 @@ def _with(times: Floats, smooth: Flags, more: Floats) -> tuple[Floats, Flags]:
 
 
 def _interpolate(at: position.PositionArrays, smooth: Flags) -> Floats:
-    """Return the joints (N - 1, n) midway between N points, as a controller interpolates them."""
+    """Return the joints (N - 1, n) that a controller interpolates halfway between N points."""
     h = np.diff(at.times)[:, None]
     middle = 0.5 * (at.joints[:-1] + at.joints[1:])
     slower = h * (at.velocity[:-1] - at.velocity[1:])
@@ -325,7 +344,9 @@ def _interpolate(at: position.PositionArrays, smooth: Flags) -> Floats:
 
 
 def _in_chunks(parts: Iterator[_Points], start: float) -> Iterator[_Points]:
-    """Yield points in large chunks, leaving out points at the same nanosecond as the previous one."""
+    """Join the points of many spans to large chunks, and leave out points at the same nanosecond as the
+    previous point.
+    """
     waiting, count, last = list[_Points](), 0, -1
     for part in parts:
         ns = nanoseconds(part.times - start)

@@ -1,7 +1,8 @@
-"""Keep a journal: a trajectory file that grows while the robot moves. A change is written and synced before it takes
-effect; if it cannot be written, it does not take effect. Before and after a change the file is checked: if somebody has
-removed, replaced or cut it, a new file beside it gets all events from the start, and the user is informed before the
-command is answered."""
+"""Keep a journal: a trajectory file that grows while the robot moves. A change of the timeline is written and synced
+before it takes effect; if it cannot be written, it does not take effect. The file is checked before and after each
+write: if somebody has removed, replaced or shortened it, all events from the start are written to a new file in the
+same folder, and the user is told before the command is answered.
+"""
 
 from __future__ import annotations
 
@@ -35,16 +36,18 @@ from vrs_cli.values.measured import Report
 from vrs_cli.wire.lines import CheckpointRecord, LineEncoder
 from vrs_cli.wire.records import Form
 
-CHUNK = 1 << 16  # number of bytes that a non-durable journal writes at a time
-TRIES = 3  # maximum number of files tried for one change
-REPORT_SECONDS = 1.0  # [s] time span of the reports that are written together
-RETRY_SECONDS = 10.0  # [s] time span of new reports after which a failed write is tried again
+CHUNK = 1 << 16  # [B] a journal that is not durable collects this much before it writes
+TRIES = 3  # maximum number of files to which the journal tries to write a change
+REPORT_SECONDS = 1.0  # [s] reports of the real arm are collected for this time and written together
+RETRY_SECONDS = 10.0  # [s] after a failed write, reports are collected for this time before the next attempt
 NOT_DONE = "what cannot be written down is not done: make room, and give it again"
 ANYWAY = "what stops the robot is done all the same, and is written as soon as it can be"
 
 
 class Course(Struct, frozen=True):
-    """The content of a journal: the robot, its first timeline, all changes, and the reports of the real arm."""
+    """The content of a journal: the robot, the first segments of its timeline, all changes, and the reports of the real
+    arm.
+    """
 
     model: RobotModel
     initial: Iterable[Segment]
@@ -52,7 +55,9 @@ class Course(Struct, frozen=True):
     measured: MeasuredTimeline
 
     def motions(self) -> dict[int, Motion]:
-        """Return, by number, the motions described in the lines of the last part."""
+        """Return the motions by number that the lines since the last multiple of PART changes describe; later lines
+        refer to them by number.
+        """
         known = {} if self.deltas else {segment.motion.number: segment.motion for segment in self.initial}
         for delta in self.deltas[len(self.deltas) // PART * PART :]:
             for motion in (delta.motion, *(segment.motion for segment in delta.segments)):
@@ -61,8 +66,9 @@ class Course(Struct, frozen=True):
 
 
 class Taken(Struct, frozen=True):
-    """A file locked for a journal, until `close`. `file` and `recording`: a trajectory to continue; `resumed`: that
-    trajectory, if it was read from a checkpoint."""
+    """A file that is locked for a journal until `close`. `file`: the open file to continue; None for a new journal.
+    `recording`: its content, or `resumed`: its content if it was read from a checkpoint.
+    """
 
     path: Path
     held: HeldLock
@@ -72,7 +78,7 @@ class Taken(Struct, frozen=True):
 
     @property
     def has_torn_line(self) -> bool:
-        """Return whether the file has an incomplete last line, which will be ignored."""
+        """Return whether the last line of the file is incomplete; it will be ignored."""
         if self.resumed is not None:
             return self.resumed.past.file.size > self.resumed.size
         return self.recording is not None and self.recording.dropped_tail
@@ -84,15 +90,16 @@ class Taken(Struct, frozen=True):
 
 
 def take(path: Path) -> Taken:
-    """Lock a file for a new journal, which will replace the file. Raises FileError."""
+    """Lock a file that a new journal will replace. Raises FileError."""
     with writing(path):
         return Taken(path, hold(path))
 
 
 def take_up(path: Path, progress: Callable[[float], None] | None = None, changes: int | None = None) -> Taken:
-    """Lock a file for a journal that continues it, or that begins it if there is none. The locked file is read
-    completely, or from a checkpoint with at least `changes` changes after it. Raises FileError, and the errors of
-    `read_trajectory`."""
+    """Lock a file that a journal will continue, or create if it does not exist. The file is read completely, or, if
+    `changes` is given, from a checkpoint with at least that many changes after it. Raises FileError, and the errors of
+    `read_trajectory`.
+    """
     if is_special(path):
         raise FileError(f"{path} is a pipe or a device", "a session is recorded in a file")
     it = take(path)
@@ -122,23 +129,25 @@ def _read(path: Path, held: HeldLock, progress: Callable[[float], None] | None, 
 
 
 class _Before(Struct, frozen=True):
-    """The state before a change was written; it is restored if the change does not take effect. `version`: the version
-    of the change."""
+    """The state of a journal before it writes a change, restored if the change does not take effect. `version`: the
+    version of the timeline that is changed. `size`: the size of the file [B]. `owed`: lines not written yet.
+    """
 
     version: int
     size: int
     owed: bytes
     checksum: int | None
-    parts: int  # number of file positions of deltas that were known
+    parts: int  # number of file positions in `Journal._places`
 
 
 class Journal:
     """Writes every change of a robot's timeline to a file, which is locked until `close`.
 
-    `path`: the present file; `sound`: the present file is the requested file and is complete. `course` returns all
-    events up to now; `tell` shows a message before the next answer. `durable=False` (batch): write in large pieces and
-    at the end. `together`: `settle` syncs several changes at once, before any of them is answered. `past`: reads older
-    parts back if they are dropped from memory. Raises FileError.
+    `path`: the current file; `sound`: whether it is the requested file and complete. `course`: a function that returns
+    all events up to now. `tell`: a function that shows a message to the user before the next answer. `durable=False`
+    (for batch runs): write only large pieces, and the rest at the end. `together`: do not sync each change; `settle`
+    syncs several changes at once, before any of them is answered. `past`: reads older parts from the file if they are
+    dropped from memory. Raises FileError.
     """
 
     def __init__(
@@ -155,12 +164,13 @@ class Journal:
         self.unsettled, self._together = False, together
         self._doubtful = False  # whether a sync of the file has failed
         self._asked, self._durable, self._course, self._tell = it.path, durable, course, tell
-        self._owed = b""  # lines of past changes that have not been written yet
+        self._owed = b""  # lines of earlier changes that have not been written yet
         self._before: _Before | None = None
         self._held, self._closed = it.held, False
-        self._reports: list[Report] = []  # reports that have not been written yet, and when they are due
+        # reports of the real arm that have not been written yet; `_reports_due`: when to write them
+        self._reports: list[Report] = []
         self._reports_due = -inf
-        self._places: list[int] = []  # file positions of the line of each PART-th delta
+        self._places: list[int] = []  # file position of every PART-th delta
         self.past = it.resumed.past if it.resumed is not None else None
         with writing(it.path):
             if it.file is None:
@@ -178,7 +188,7 @@ class Journal:
         return self._file.path
 
     def _begin(self, path: Path, held: HeldLock) -> tuple[GrowingFile, LineEncoder]:
-        """Write a new file with all events so far, replacing an older file."""
+        """Write all events so far to a new file, which replaces an existing file at this path."""
         lines, course, size = LineEncoder(), self._course(), 0
         with closing(create_beside(path, held)) as beside:
             self._places.clear()
@@ -192,7 +202,7 @@ class Journal:
         return GrowingFile(path), lines
 
     def _continue(self, file: GrowingFile, read: Resumed | Recording | None) -> tuple[GrowingFile, LineEncoder]:
-        """Continue the file that was read, after removing an incomplete last line."""
+        """Prepare the file that was read for appending: remove an incomplete last line, or add a missing newline."""
         assert read is not None, "the file was read"
         if file.size > read.size:
             file.cut(read.size)
@@ -205,10 +215,12 @@ class Journal:
     # --- writing ---
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
-        """Write changes before they take effect; if that fails, they must not take effect. A change that `happens` in
-        any case is reported, and written together with the next change."""
+        """Write changes before they take effect; if FileError is raised, they must not take effect. `happens`: the
+        changes take effect even if they cannot be written; the user is told, and they are written together with the
+        next change.
+        """
         if self._before is not None and deltas[0].version <= self._before.version:
-            self._take_back()  # Ctrl-C interrupted the writing before the change
+            self._take_back()  # the previous change was written but did not take effect, because of Ctrl-C
         try:
             self._write(deltas[0].version, lambda: self._encode(deltas))
         except FileError as error:
@@ -219,10 +231,11 @@ class Journal:
             self._tell(f"{error}; {ANYWAY}")
 
     def settle(self) -> None:
-        """Sync all written lines. If the present file fails, write them to a new file."""
+        """Sync all written lines. If the sync fails, write all events to a new file."""
         if not self.unsettled:
             return
-        self._doubtful = True  # a system may report a failed sync only once
+        # set first: a later sync may succeed although this one has failed, so do not trust the file until it succeeds
+        self._doubtful = True
         try:
             with writing(self.path):
                 self._file.sync()
@@ -251,7 +264,9 @@ class Journal:
         raise FileError(f"{self.path} is changed by others again and again", "name another place")
 
     def _encode(self, deltas: Sequence[TimelineDelta]) -> bytes:
-        """Encode the next lines, which follow the lines that have not been written yet."""
+        """Encode changes as the lines that follow those not written yet, and note the file positions of every PART-th
+        delta.
+        """
         data, place = b"", self._file.size + len(self._owed)
         for delta in deltas:
             if not delta.version % PART:
@@ -260,8 +275,8 @@ class Journal:
         return data
 
     def add_reports(self, reports: Sequence[Report]) -> None:
-        """Write the reports of the real arm, about one second of them at a time. If that fails, inform the user, and
-        try again with later reports.
+        """Collect reports of the real arm, and write those of about one second together. If that fails, tell the user,
+        and try again later.
         """
         if self._closed:
             return
@@ -276,10 +291,10 @@ class Journal:
                 self._tell(f"{error}; the measured reports wait in memory")
 
     def _write_reports(self) -> None:
-        """Write the waiting reports. Raises FileError."""
+        """Write the collected reports. Raises FileError."""
         version = len(self._course().deltas)
         if self._before is not None and version <= self._before.version:
-            self._take_back()  # Ctrl-C came after the writing and before the change
+            self._take_back()  # the previous change was written but did not take effect, because of Ctrl-C
         reports = sorted(self._reports, key=lambda report: report.t)
         columns = ReportColumns(len(reports[0].joints), len(reports))
         for report in reports:
@@ -294,7 +309,7 @@ class Journal:
         self._reports = []
 
     def _take_back(self) -> None:
-        """Remove the last change written, because it did not take effect."""
+        """Remove the last written change from the file, because it did not take effect."""
         before, self._before = self._before, None
         if before is None:
             return
@@ -302,7 +317,7 @@ class Journal:
         del self._places[before.parts :]
         self._lines = LineEncoder(self._course().motions(), before.checksum)
         if self._file.size > before.size:
-            with suppress(OSError):  # mark the file as torn; it will be replaced
+            with suppress(OSError):  # if this fails, the file is marked as torn and will be replaced by a new one
                 self._file.cut(before.size)
 
     def close(self) -> None:
@@ -321,7 +336,7 @@ class Journal:
                 with writing(self.path):
                     for line in self._owed.splitlines(
                         keepends=True
-                    ):  # line by line, so that a full disk still gets some
+                    ):  # write line by line, so that a nearly full disk still gets some of them
                         self._file.add(line, durable=False)
                     self._file.add(b"", durable=True)
                 self._owed = b""
@@ -340,18 +355,23 @@ class Journal:
         return self.past.read_deltas(first, last)
 
     def keep_row(self, row: Row) -> KeptRow | None:
-        """Write a row; return None if that is not possible now."""
+        """Write a row of segments, so that it can be dropped from memory. Return where it is stored; None if it cannot
+        be written now.
+        """
         assert self.past is not None, "it is kept to be read back"
         place = self._repeat(lambda: self._lines.row(row))
         return None if place is None else KeptRow(self.past, place)
 
     def keep_events(self, row: EventRow) -> int | None:
-        """Write a row of events. Return its file position; None if writing is not possible now."""
+        """Write a row of events, so that it can be dropped from memory. Return its file position; None if it cannot be
+        written now.
+        """
         return self._repeat(lambda: self._lines.events(row))
 
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
-        """Write a checkpoint: the file positions of all rows of a timeline, which are already in the file. Return
-        whether the checkpoint was written.
+        """Write a checkpoint: the file positions of all rows of a timeline, which must already be in the file.
+        `commands`: the number of commands; `number`: the number of the last motion. Return whether the checkpoint was
+        written.
         """
         assert self.past is not None, "it is kept to be read back"
         parts = tuple(part_record(offset, leaf) for _, offset, leaf in timeline.parts())
@@ -364,8 +384,9 @@ class Journal:
         return place is not None
 
     def _repeat(self, line: Callable[[], bytes]) -> int | None:
-        """Append a line that repeats earlier content. Return its file position; None if the line cannot be written
-        now."""
+        """Append a line that repeats earlier content (a row or checkpoint). Return its file position; None if it cannot
+        be written now. Such a line may be lost without harm.
+        """
         if self._owed or self._doubtful or self._file.find_change():
             return None
         place, checksum = self._file.size, self._lines.checksum
@@ -381,14 +402,15 @@ class Journal:
 
     def _leave_if_changed(self, before: _Before | None = None) -> bool:
         """Return whether somebody else has changed the file. If so, continue in a new file with all events before the
-        present change."""
+        current change.
+        """
         what = self._file.find_change()
         if what:
             self._move(what, before)
         return bool(what)
 
     def _move(self, what: str, before: _Before | None = None) -> None:
-        # an unused name beside the first file, such as day-2.vrst
+        # choose an unused name in the folder of the requested file, such as day-2.vrst
         names = (self._asked.with_stem(f"{self._asked.stem}-{number}") for number in count(2))
         path = next(name for name in names if name != self.path and not os.path.lexists(name))
         old = self._file
@@ -412,7 +434,7 @@ class Journal:
         self._tell(f"*File error* {old.path} {what}: all of it goes on in {path}")
 
     def _copy_file(self, path: Path, held: HeldLock, before: _Before | None) -> GrowingFile:
-        """Copy the lines of the present file to a new one. Raises OSError."""
+        """Copy the lines of the current file to a new file; leave out those written since `before`. Raises OSError."""
         old, size = self._file, self._file.size if before is None else before.size
         with closing(create_beside(path, held)) as beside:
             for place in range(0, size, CHUNK_REPORTS):
@@ -433,8 +455,9 @@ class Journal:
 
 @pause_collector()
 def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookmark:
-    """Return the events of a file together with the engine's settings; the clock is at the end of the timeline. Raises
-    UsageError if the file is of another robot."""
+    """Return the state that a recorded file gives the engine: the events of the file, the engine's settings, and the
+    clock at the end of the timeline. Raises UsageError if the file belongs to another robot.
+    """
     check_robot(path, recording.model, engine)
     book = Book(
         recording.initial,
@@ -450,7 +473,8 @@ def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookm
 def check_robot(path: str | Path, model: RobotModel, engine: Engine) -> None:
     """Raise UsageError if a file was written for a robot other than the engine's."""
     ours = engine.model
-    theirs = model._replace(shapes=ours.shapes, collision=ours.collision)  # differences in shapes are ignored
+    # robots that differ only in their shapes count as equal
+    theirs = model._replace(shapes=ours.shapes, collision=ours.collision)
     if theirs == ours:
         return
     if theirs.name != ours.name:
@@ -467,9 +491,10 @@ def keep_journal(
     together: bool = False,
     reach: WindowSize | None = None,
 ) -> Journal:
-    """Write all changes in the engine's book to a file: a new file, or a file that was read and whose events the engine
-    continues. Each change is synced before it takes effect. `tell` is called if the file is lost. `reach`: older parts
-    are dropped from memory and read from the file. Raises FileError, UsageError; the file is then released.
+    """Create a journal that writes all changes of the engine's timeline to the locked file `it`. If this file was read,
+    the engine first takes over its events. `tell`: shows a message to the user, for example that the file was lost.
+    `durable`, `together`: see `Journal`. `reach`: how much stays in memory; older parts are dropped, and read from the
+    file when needed. Raises FileError, UsageError; the file is then released.
     """
     try:
         found, goes_on = it.resumed, None

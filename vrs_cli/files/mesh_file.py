@@ -1,6 +1,7 @@
-"""Read mesh files (STL, OBJ, GLB, DAE) with trimesh, which only this module imports. A file is read completely before
-trimesh gets it. Other files are read only for colours: materials and textures beside the file or below its folder,
-which are small and local."""
+"""Read mesh files (STL, OBJ, GLB, DAE) with the package trimesh, which only this module imports. A mesh file is read
+completely before trimesh parses it. Other files are read only for colours: small local files with materials and
+textures near the mesh file.
+"""
 
 from __future__ import annotations
 
@@ -22,15 +23,15 @@ if TYPE_CHECKING:
     from trimesh import Trimesh
 
 KINDS = (".stl", ".obj", ".dae", ".glb")
-MAX_MESH_BYTES = 50_000_000  # [B] maximum size of a file; no mesh of an arm's link is larger
-MAX_FACES = 1_000_000  # maximum number of faces in OBJ and GLB, whose faces take few bytes; the largest STL has as many
+MAX_MESH_BYTES = 50_000_000  # [B] maximum size of a mesh file; meshes of robot links are smaller
+MAX_FACES = 1_000_000  # maximum number of faces of a mesh: as many as an STL file of the maximum size has
 MAX_PIECES = 64  # maximum number of convex pieces of a part or fixture
 MAX_PIECE_POINTS = 4000  # maximum number of points of a convex piece
-COLOUR_KINDS = (".mtl", ".png", ".jpg", ".jpeg", ".tga", ".bmp")  # suffixes of materials and textures
+COLOUR_KINDS = (".mtl", ".png", ".jpg", ".jpeg", ".tga", ".bmp")  # suffixes of files with materials and textures
 MAX_TEXTURE_BYTES, MAX_PIXELS = 20_000_000, 20_000_000
-CREASE = 0.6  # [rad] minimum angle between faces for a sharp edge
-DENT = 1e-3  # maximum depth of a face inside the hull of its convex piece, as a fraction of the piece's size
-FLAT = 1e-6  # minimum thickness of a solid, as a fraction of its size
+CREASE = 0.6  # [rad] an edge between faces at a larger angle counts as sharp
+DENT = 1e-3  # a piece counts as convex if no face is deeper inside its hull, as a fraction of the piece's size
+FLAT = 1e-6  # a piece that is thinner than this fraction of its size counts as flat
 
 
 class MeshMissing(FileError, text="No mesh reader"):
@@ -38,14 +39,17 @@ class MeshMissing(FileError, text="No mesh reader"):
 
 
 def load_mesh(path: Path) -> Trimesh:
-    """Read all triangles of a file as one mesh, in the file's units. Raises NonexistentFile, FileError, FileDamaged."""
+    """Read all triangles of a file as one mesh, in the units of the file. Raises NonexistentFile, FileError,
+    FileDamaged.
+    """
     mesh: Trimesh = _load_scene(path).to_mesh()
     return mesh
 
 
 def glb_of(path: Path, scale: Vector, colour: tuple[int, int, int]) -> bytes:
-    """Return the triangles of a file as GLB, in metres and with normals. They have the file's colours and textures, or
-    `colour` if the file has none. Raises NonexistentFile, FileError, FileDamaged."""
+    """Convert a mesh file to GLB, in metres and with normals. The mesh has the file's colours and textures, or `colour`
+    (red, green, blue) if the file has none. Raises NonexistentFile, FileError, FileDamaged.
+    """
     import numpy as np
     from trimesh import Scene
     from trimesh import Trimesh as Surface
@@ -53,7 +57,7 @@ def glb_of(path: Path, scale: Vector, colour: tuple[int, int, int]) -> bytes:
     found = _load_scene(path, coloured=True)
     size, shown = metres_of(found.units) * np.array(scale), Scene()
     for piece in found.dump():
-        piece.apply_transform(np.diag([*size, 1.0]))  # this also turns a mirrored piece inside out
+        piece.apply_transform(np.diag([*size, 1.0]))  # this also corrects the orientation of faces in a mirrored piece
         if not _has_texture(piece.visual):
             look = _plain_look(_main_colour(piece.visual) or (*colour, 255))
             shown.add_geometry(Surface(*split_creases(piece), visual=look, process=False))
@@ -64,10 +68,10 @@ def glb_of(path: Path, scale: Vector, colour: tuple[int, int, int]) -> bytes:
 
 
 def _plain_look(colour: tuple[int, ...]) -> Any:
-    """Return a material of one colour (red, green, blue, opacity), visible from both sides."""
+    """Return the visual of a mesh with a single colour (red, green, blue, opacity) that is visible from both sides."""
     from trimesh import visual
 
-    room: Any = visual  # trimesh has no types for this module
+    room: Any = visual  # Any, because trimesh has no types for this module
     material = room.material.PBRMaterial(
         baseColorFactor=colour, metallicFactor=0.0, roughnessFactor=0.6, doubleSided=True
     )
@@ -81,8 +85,9 @@ def _has_texture(visual: Any) -> bool:
 
 
 def _main_colour(visual: Any) -> tuple[int, ...] | None:
-    """Return the colour of a piece (red, green, blue, opacity): the colour of its material, or the mean of its faces;
-    None if there is none."""
+    """Return the colour (red, green, blue, opacity) of a piece of a mesh: the main colour of its material, or the mean
+    colour of its faces; None if it has neither.
+    """
     material = getattr(visual, "material", None)
     if material is not None:
         return tuple(map(int, material.main_color))
@@ -90,14 +95,17 @@ def _main_colour(visual: Any) -> tuple[int, ...] | None:
 
 
 class FilesBeside:
-    """Finds the files that a mesh names: materials and textures below the parent of the mesh's folder (a package has
-    `meshes` and `textures` side by side)."""
+    """Finds the materials and textures that a mesh file names. They must be below the parent of the mesh's folder,
+    because a package has `meshes` and `textures` as neighbouring folders.
+    """
 
     def __init__(self, path: Path) -> None:
         self.folder = path.absolute().parent
 
     def get(self, name: str) -> bytes:
-        """Return the content of a file. Raises FileError."""
+        """Return the content of a named material or texture. Raises FileError if the file is not allowed
+        or too large.
+        """
         path = (self.folder / name.strip()).resolve()
         if path.suffix.lower() not in COLOUR_KINDS or not path.is_relative_to(self.folder.parent.resolve()):
             raise FileError(f"{path}: neither material nor texture of this mesh")
@@ -109,8 +117,10 @@ class FilesBeside:
 
 
 def convex_pieces(path: Path, scale: float) -> tuple[tuple[Vector, ...], ...]:
-    """Return the convex pieces in a file, each as its points in metres. Without stated units, STL, OBJ and DAE files
-    are in millimetres, GLB files in metres. Raises NonexistentFile, FileError, FileDamaged."""
+    """Return the convex pieces of a mesh file, each as its points in metres. `scale`: a factor of all sizes. If the
+    file states no units, STL, OBJ and DAE are in millimetres, GLB in metres. Raises NonexistentFile, FileError,
+    FileDamaged.
+    """
     scene = _load_scene(path)
     pieces = scene.dump()
     if not 0 < len(pieces) <= MAX_PIECES:
@@ -123,15 +133,16 @@ def convex_pieces(path: Path, scale: float) -> tuple[tuple[Vector, ...], ...]:
 
 
 def metres_of(units: str | None, otherwise: float = 1.0) -> float:
-    """Return the length of a named unit [m]; `otherwise` if there is no name, as in STL and OBJ files."""
+    """Return the length of a named unit [m]; `otherwise` if `units` is None, as in STL and OBJ files."""
     from trimesh.units import unit_conversion
 
     return float(unit_conversion(units, "meters")) if units else otherwise
 
 
 def _load_scene(path: Path, *, coloured: bool = False) -> Any:
-    """Read the scene in a file; `coloured`: with colours and textures. Raises NonexistentFile, FileError,
-    FileDamaged."""
+    """Read a mesh file as a scene of trimesh. `coloured`: whether to read materials and textures too. Raises
+    NonexistentFile, FileError, FileDamaged.
+    """
     check(path)
     kind = path.suffix.lower()[1:]
     if lacking := missing_package(kind):
@@ -141,7 +152,8 @@ def _load_scene(path: Path, *, coloured: bool = False) -> Any:
     try:
         content = path.read_bytes()
         count = content.count(b"\nf ") if kind == "obj" else 0
-        if kind == "glb":  # trimesh allocates as much memory as the JSON part claims
+        # check sizes first, because trimesh allocates the memory that the JSON part of the file asks for
+        if kind == "glb":
             length = int.from_bytes(content[12:16], "little")
             count = sum(row.get("count", 0) for row in json.loads(content[20 : 20 + length]).get("accessors", ()))
         if count > MAX_FACES:
@@ -159,12 +171,14 @@ def _load_scene(path: Path, *, coloured: bool = False) -> Any:
         return found
     except VrsError:
         raise
-    except Exception as error:  # readers of many formats raise many kinds of errors
+    except Exception as error:  # the readers of the formats raise many kinds of errors
         raise FileDamaged(f"{path}: {str(error) or type(error).__name__}", _WANTED) from None
 
 
 def missing_package(kind: str) -> str:
-    """Return the missing package that a kind of file requires; "" if none is missing."""
+    """Return the name of a package that is required for a kind of file (such as "dae") and is not installed; "" if none
+    is missing.
+    """
     if find_spec("trimesh") is None:
         return "trimesh"
     return "pycollada" if kind == "dae" and find_spec("collada") is None else ""
@@ -180,8 +194,9 @@ def _sound(piece: Any) -> bool:
 
 
 def check(path: Path, largest: int = MAX_MESH_BYTES) -> int:
-    """Return the size of a mesh file [B]. Raises NonexistentFile, and FileError for files that are too large, remote,
-    or no meshes."""
+    """Check a mesh file, and return its size [B]. Raises NonexistentFile, and FileError if it is too large, on another
+    machine, or no mesh file.
+    """
     if path.suffix.lower() not in KINDS:
         raise FileError(f"{path}: no mesh", f"its name ends in {', '.join(KINDS)}")
     if str(path).startswith(("//", "\\\\")):
@@ -198,8 +213,9 @@ def check(path: Path, largest: int = MAX_MESH_BYTES) -> int:
 
 
 def split_creases(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
-    """Return the vertices (N, 3) and faces (M, 3) of a mesh with sharp edges: faces that meet at an angle above CREASE
-    share no vertices."""
+    """Duplicate vertices at sharp edges, so that faces that meet at an angle above CREASE share no vertices. Return the
+    vertices (N, 3) and faces (M, 3).
+    """
     import numpy as np
 
     found.update_faces(found.nondegenerate_faces(height=0.0))
@@ -210,7 +226,8 @@ def split_creases(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint3
         for both in found.face_adjacency[smooth].T
     )
     labels = np.arange(faces.size)
-    while True:  # equal corners get the smallest of their indexes
+    # give corners that are connected by smooth edges the smallest of their indexes; repeat until nothing changes
+    while True:
         least = np.minimum(labels[one], labels[other])
         after = labels.copy()
         np.minimum.at(after, one, least)
@@ -226,8 +243,9 @@ def split_creases(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint3
 
 
 def _hull(name: str, piece: Trimesh, scale: float) -> tuple[Vector, ...]:
-    """Return the points of the hull of a convex piece [m]. Raises FileDamaged for a piece that is concave, flat or too
-    fine."""
+    """Return the points of a convex piece's hull [m]. `name`: the piece in errors. Raises FileDamaged if the piece is
+    concave or flat, or has too many points.
+    """
     import numpy as np
 
     points = np.unique(piece.vertices[np.unique(piece.faces)], axis=0)
@@ -242,8 +260,9 @@ def _hull(name: str, piece: Trimesh, scale: float) -> tuple[Vector, ...]:
 
 
 def _dents(piece: Trimesh, points: np.ndarray[Any, np.dtype[np.float64]]) -> Iterator[float]:
-    """Yield, for each face, how far points lie outside its plane. The inner side of the plane is the side of the mean
-    of all points."""
+    """Yield for each face the greatest distance of a point beyond the plane of the face. The mean of all points is on
+    the inner side of the plane.
+    """
     import numpy as np
 
     corners = piece.vertices[piece.faces]

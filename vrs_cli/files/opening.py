@@ -1,7 +1,8 @@
-"""Open files without blocking, and only inside the folder of a session if that folder is closed. Opening a pipe waits
-for its other end, perhaps for ever, and a device may never end. A name is checked when it is given. A file is checked
-again after it is opened, so that a link or a pipe that has replaced it meanwhile is not followed, on systems that
-support this (`dir_fd`, O_NOFOLLOW: all but Windows)."""
+"""Open files without blocking, and only files inside the folder of a session if this folder is closed. (Opening a pipe
+normally blocks until its other end is open, and reading a device may never end.) A name is checked when the user gives
+it. On all systems but Windows (which lacks `dir_fd` and O_NOFOLLOW), the file is checked again when it is opened, in
+case a link or a pipe has replaced it meanwhile.
+"""
 
 from __future__ import annotations
 
@@ -19,26 +20,26 @@ from msgspec import Struct
 
 from vrs_cli.errors import FileError, FileOutside, NonexistentFile
 
-FIRST = 4096  # maximum number of bytes in the first read of a pipe
+FIRST = 4096  # [bytes] maximum size of the first read from a pipe
 READ_AT_ONCE = 1 << 16  # [bytes] size of the buffer of an open file
 PIPE_WAIT_S, PIPE_PAUSE_S = 2.0, 0.02  # [s] maximum wait for the other end of a pipe, and pause between attempts
 V = TypeVar("V")
 
 
 def unreadable(path: Path, error: OSError) -> FileError:
-    """Return the error for a file that cannot be opened or read."""
+    """Return the error for a file that cannot be opened or read because of `error`."""
     hint = "check its permissions" if isinstance(error, PermissionError) else "name a regular file"
     return FileError(f"{path} cannot be read: {reason(error)}", hint)
 
 
 def reason(error: OSError) -> str:
-    """Return the system's reason for an error in lower case, for use inside a sentence."""
+    """Return the system's message of an error, beginning in lower case, for use inside a sentence."""
     text = error.strerror or str(error)
     return text[:1].lower() + text[1:]
 
 
 def stamp(path: Path) -> tuple[int, ...]:
-    """Return a value that changes whenever the file changes; an empty value if there is no file."""
+    """Return a tuple that differs after every change of the file; an empty tuple if there is no file."""
     try:
         there = os.stat(path)
     except OSError:
@@ -47,7 +48,7 @@ def stamp(path: Path) -> tuple[int, ...]:
 
 
 def text_of(content: bytes) -> str:
-    """Decode a text as UTF-8, or as Latin-1 if it is not valid UTF-8."""
+    """Decode bytes as UTF-8, or as Latin-1 if they are not valid UTF-8."""
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -55,7 +56,9 @@ def text_of(content: bytes) -> str:
 
 
 def text_at(path: str, most: int = -1) -> str:
-    """Read a text file in UTF-8 of at most `most` bytes; -1: of any size. Raises NonexistentFile."""
+    """Read a UTF-8 text file of at most `most` bytes (-1: any size). Raises NonexistentFile if it is missing, too large
+    or unreadable.
+    """
     try:
         with open_to_read(Path(path)) as stream:
             content = stream.read(most + 1 if most >= 0 else -1)
@@ -68,12 +71,12 @@ def text_at(path: str, most: int = -1) -> str:
 
 
 def open_to_read(path: Path) -> BinaryIO:
-    """Open a file for reading, or a pipe that has a writer. Raises OSError."""
+    """Open a file, or a pipe that has a writer, for reading. Raises OSError; refuses devices."""
     it = path.stat()
     if stat.S_ISFIFO(it.st_mode):
         return BufferedReader(_Pipe(path))
     device = stat.S_ISCHR(it.st_mode) or stat.S_ISBLK(it.st_mode)
-    if device and it.st_rdev != os.stat(os.devnull).st_rdev:  # the null device counts as empty
+    if device and it.st_rdev != os.stat(os.devnull).st_rdev:  # the null device is allowed: it reads as an empty file
         with path.open("rb", buffering=0) as stream:
             if not stream.isatty():
                 raise OSError(errno.EINVAL, "it is a device")
@@ -81,7 +84,7 @@ def open_to_read(path: Path) -> BinaryIO:
 
 
 def open_to_write(path: Path) -> BinaryIO:
-    """Open a device for writing, or a pipe that has a reader. Raises OSError."""
+    """Open a device, or a pipe that has a reader, for writing. Raises OSError."""
     if not stat.S_ISFIFO(path.stat().st_mode):
         return path.open("wb")
     handle = _wait_for(lambda: _written_into(path), "nobody reads from this pipe")
@@ -90,7 +93,9 @@ def open_to_write(path: Path) -> BinaryIO:
 
 
 def _wait_for(act: Callable[[], V | None], why_not: str) -> V:
-    """Call `act` until it returns a value, for at most PIPE_WAIT_S. Raises OSError."""
+    """Call `act` repeatedly until it returns a value other than None, and return this value. Raises OSError with the
+    text `why_not` after PIPE_WAIT_S.
+    """
     ends = time.monotonic() + PIPE_WAIT_S
     while (made := act()) is None:
         if time.monotonic() > ends:
@@ -100,7 +105,9 @@ def _wait_for(act: Callable[[], V | None], why_not: str) -> V:
 
 
 class _Pipe(RawIOBase):
-    """A pipe that is being read. Only reading shows whether it has a writer, so the first bytes read are kept."""
+    """A pipe opened for reading. Only reading shows whether the pipe has a writer, so the constructor reads the first
+    bytes and keeps them.
+    """
 
     def __init__(self, path: Path) -> None:
         self._handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
@@ -112,7 +119,9 @@ class _Pipe(RawIOBase):
         os.set_blocking(self._handle, True)
 
     def _first_bytes(self) -> bytes | None:
-        """Return the first bytes; b"" if the writer has not written yet, None if there is no writer."""
+        """Read and return the first bytes; return b"" if the writer has not written yet, and None if there is no
+        writer.
+        """
         try:
             return os.read(self._handle, FIRST) or None
         except BlockingIOError:
@@ -147,7 +156,7 @@ def _written_into(path: Path) -> int | None:
 
 
 def neighbours(path: Path) -> list[str]:
-    """Return the names in the file's folder; no names if the folder cannot be read."""
+    """Return the names in the folder that contains `path`; an empty list if the folder cannot be read."""
     try:
         return os.listdir(path.parent)
     except OSError:
@@ -157,14 +166,16 @@ def neighbours(path: Path) -> list[str]:
 # --- folders ---------------------------------------------------------------------------------------------------------
 
 
-AUXILIARY = (".lock", ".part")  # suffixes of hidden files beside a file that is being written
-MAX_NAME_BYTES, MAX_PATH_BYTES = 240, 4000  # maximum lengths: systems allow 255 and 4096, and vrs lengthens names
+AUXILIARY = (".lock", ".part")  # suffixes of the hidden files that exist while a file is being written
+# maximum lengths of a name and of a path; systems allow 255 and 4096, but vrs makes longer temporary names
+MAX_NAME_BYTES, MAX_PATH_BYTES = 240, 4000
 ONLY_INSIDE = "programs have the files of the folder they run in, and those below it"
 GOOD = "data/log.txt is good everywhere"
 NOFOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 FOLDER = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0)
 PINNED = os.open in os.supports_dir_fd and hasattr(os, "O_NOFOLLOW")
-# Windows, "Naming Files, Paths, and Namespaces": names of devices, with any extension, and reserved characters
+# names that mean devices on Windows (with any extension), and characters that its names cannot have: Windows
+# documentation, "Naming Files, Paths, and Namespaces"
 DEVICES = frozenset({"con", "prn", "aux", "nul", "conin$", "conout$"}) | {
     f"{port}{number}" for port in ("com", "lpt") for number in "123456789¹²³"
 }
@@ -172,16 +183,19 @@ SPECIAL = frozenset('<>:"|?*\\/')
 
 
 class Folder(Struct, frozen=True):
-    """The folder to which names are relative. `closed`: files outside it cannot be used, nor links, devices and pipes
-    inside it. `disclosed`: users of a closed folder may know its path, and names of files in it may be absolute."""
+    """The folder to which file names are relative. `closed`: files outside the folder cannot be used, nor links,
+    devices and pipes inside it. `disclosed`: users may know the path of a closed folder, so that names of files in it
+    may be absolute.
+    """
 
     root: Path = Path()
     closed: bool = False
     disclosed: bool = False
 
     def path(self, name: str, *, pattern: bool = False) -> Path:
-        """Return the path for a name typed at the prompt. `pattern`: the name may end in a pattern such as *.v2. Raises
-        FileError, FileOutside."""
+        """Return the path for a file name that a user has typed. `pattern`: whether the name may end in a pattern such
+        as *.v2. Raises FileError, FileOutside.
+        """
         if self.closed:
             return self.inside(name, pattern=pattern)
         path = self.root / os.path.expanduser(name)
@@ -189,7 +203,7 @@ class Folder(Struct, frozen=True):
         return path
 
     def inside(self, name: str, *, pattern: bool = False) -> Path:
-        """Return the path for a name in a program; it cannot lead out of the folder. Raises FileOutside."""
+        """Return the path for a file name in a program, which cannot lead out of the folder. Raises FileOutside."""
         if self.disclosed and Path(name.strip()).is_relative_to(here := os.path.abspath(self.root)):
             name = Path(name.strip()).relative_to(here).as_posix()
         parts = [part for part in name.strip().split("/") if part not in ("", ".")]
@@ -233,7 +247,7 @@ class Folder(Struct, frozen=True):
     # --- open files ---
 
     def open_to_read(self, path: Path) -> BinaryIO:
-        """Open a file. Raises OSError, FileOutside."""
+        """Open a file for reading. Raises OSError, FileOutside."""
         if not (self.closed and PINNED):
             return open_to_read(path)
         with self.parent(path) as parent:
@@ -248,8 +262,10 @@ class Folder(Struct, frozen=True):
 
     @contextmanager
     def parent(self, path: Path) -> Iterator[int | None]:
-        """Open the folder of a file, so that renaming folders cannot redirect names in it. Yield None if the folder is
-        not closed, or if the system does not support this. Raises OSError, FileOutside."""
+        """Open the folder that contains a file, and yield its handle: names relative to the handle stay valid if
+        folders are renamed or replaced meanwhile. Yield None if this folder is not closed, or if the system does not
+        support this. Raises OSError, FileOutside.
+        """
         if not (self.closed and PINNED):
             yield None
             return
@@ -267,12 +283,12 @@ class Folder(Struct, frozen=True):
             os.close(handle)
 
     def check(self, path: Path) -> None:
-        """Raise FileOutside if the path to a file contains a link, a device or a pipe."""
+        """Check that a path in a closed folder contains no link, device or pipe. Raises FileOutside."""
         if self.closed and (refused := self._refusal(path)):
             raise refused
 
     def check_open(self, path: Path, handle: int) -> None:
-        """Raise FileOutside if an open file is not the file at the path, because a link was followed."""
+        """Check that an open file is the file at `path`, and not one to which a link led. Raises FileOutside."""
         with self.parent(path) as parent:
             if parent is None:
                 return
@@ -284,7 +300,7 @@ class Folder(Struct, frozen=True):
             raise FileOutside(str(path), "its folder is another one now")
 
     def _refusal(self, path: Path) -> FileOutside | None:
-        """Return the error for a path that has become invalid."""
+        """Return the error if a part of a path is now a link, a device or a pipe; else None."""
         for place in (path, *path.parents):
             if place != self.root and self.root in place.parents and (what := _strange(place)):
                 return FileOutside(str(path), f"{place} is {what}")
@@ -296,7 +312,9 @@ WILD = {ord(character): "_" for character in "*?[]"}
 
 
 def _strange(path: Path) -> str:
-    """Return what a path leads to (a link, a device or a pipe) if it is neither a file nor a folder; otherwise ""."""
+    """Return a word for what is at a path if it is neither a file nor a folder (a link, a device or a
+    pipe); else "".
+    """
     try:
         mode = path.lstat().st_mode
     except OSError:
@@ -307,7 +325,7 @@ def _strange(path: Path) -> str:
 
 
 def check_length(path: Path) -> None:
-    """Raise FileError for a path that is too long for any system."""
+    """Check that a path is short enough for every system. Raises FileError."""
     text = str(path)
     if "\0" in text:
         raise FileError(repr(text), "a name cannot hold the character 0")
@@ -322,7 +340,7 @@ def _size(text: str) -> int:
 
 
 def wrong_name(name: str) -> str:
-    """Return why some system does not allow a name as a file name; "" if every system allows it."""
+    """Return the reason why some system does not allow a file name; "" if every system allows it."""
     stem = name.partition(".")[0].rstrip(" ").lower()
     if stem in DEVICES:
         return f"{stem.upper()} is a device on Windows"

@@ -1,5 +1,4 @@
-"""Read earlier parts back from a journal: a growing file, the file positions of its rows, and the restart from a
-checkpoint."""
+"""Read earlier parts of a journal from its growing file, and resume a journal from a checkpoint."""
 
 from __future__ import annotations
 
@@ -34,21 +33,23 @@ ADDING = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
 
 
 class GrowingFile:
-    """An existing file that grows; `size`: its expected size [B]. A device or a pipe accepts data and stores nothing.
-    Methods raise OSError; the constructor raises FileOpened if another writer uses the file under another name."""
+    """An existing file to which data is appended; `size`: its expected size [B]. On a device or a pipe nothing can be
+    read back. Methods raise OSError; the constructor raises FileOpened if another writer uses the file under another
+    name.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path, self._handle = path, os.open(path, ADDING)
         self.size = os.fstat(self._handle).st_size
         self._special = is_special(path)
-        self._torn = False  # whether removing an incomplete line has failed
+        self._torn = False  # true while an incomplete line is being removed, and afterwards if that has failed
         self._reading = Lock()
         if not self._special and not claim(self._handle):
             self.close()
             raise FileOpened(f"{path} is being written by another vrs", "end that one, or name another file")
 
     def find_change(self) -> str:
-        """Return how somebody else has changed the file; "" if nobody has."""
+        """Return words that say how somebody else has changed the file (such as "was removed"); "" if nobody has."""
         if self._special:
             return ""
         try:
@@ -68,11 +69,11 @@ class GrowingFile:
         return ""
 
     def add(self, data: bytes, *, durable: bool) -> None:
-        """Append all of the data or, after an error or Ctrl-C, none of it. `durable`: also sync the file."""
+        """Append data; after an error or Ctrl-C remove what was written of it. `durable`: also sync the file."""
         try:
             rest = memoryview(data)
             while rest:
-                rest = rest[os.write(self._handle, rest) :]  # a system may write fewer bytes than requested
+                rest = rest[os.write(self._handle, rest) :]  # the system may write fewer bytes than requested
             if durable:
                 self.sync()
             if not self._special:
@@ -83,9 +84,12 @@ class GrowingFile:
             raise
 
     def read(self, place: int, size: int) -> bytes:
-        """Read `size` bytes from a file position on; fewer at the end of the file. May be called in any thread."""
+        """Read `size` bytes that begin at the file position `place`; fewer at the end of the file. Any thread may call
+        this.
+        """
         with self._reading:
-            os.lseek(self._handle, place, os.SEEK_SET)  # O_APPEND writes at the end in any case
+            # this does not affect writing: because of O_APPEND the system always writes at the end
+            os.lseek(self._handle, place, os.SEEK_SET)
             return os.read(self._handle, size)
 
     def sync(self) -> None:
@@ -93,7 +97,7 @@ class GrowingFile:
         sync_handle(self._handle)
 
     def cut(self, size: int) -> None:
-        """Truncate the file to `size` bytes, and sync the file."""
+        """Truncate the file to `size` bytes, and sync it."""
         if self._special:
             return
         self._torn = True
@@ -111,15 +115,15 @@ class GrowingFile:
 # --- earlier parts ---------------------------------------------------------------------------------------------------
 
 
-CHUNK = 1 << 16  # number of bytes read at a time
-CACHED_ROWS = 32  # maximum number of rows, and of parts of deltas, kept in memory after reading
-HAND_KEY = b'"hand":'  # key of the hand's opening in the record of a motion
+CHUNK = 1 << 16  # [B] amount that is read at a time
+CACHED_ROWS = 32  # maximum number of rows, and of parts of deltas, that are cached after reading
+HAND_KEY = b'"hand":'  # key of the hand's opening in a motion's record, which only older files have
 MAX_CHECKSUM_BYTES = 64  # [B] maximum length of the checksum at the end of a line
 V = TypeVar("V")
 
 
 class JournalLine(NamedTuple):
-    """A line without its checksum, and its start and end in the file."""
+    """The record of a line (its text without the checksum), and the file positions of the line's start and end."""
 
     record: bytes
     place: int
@@ -127,8 +131,8 @@ class JournalLine(NamedTuple):
 
 
 class Past:
-    """Reads earlier parts of a journal back into memory. `places`: the file position of the line of each PART-th delta;
-    `checkpoint`: the file position of the last checkpoint. If the journal moves to another file, `file` becomes that
+    """Reads earlier parts of a journal back into memory. `places`: the file position of every PART-th delta;
+    `checkpoint`: the file position of the last checkpoint. If the journal continues in a new file, `file` becomes this
     file, which has the same lines.
     """
 
@@ -136,25 +140,27 @@ class Past:
         self, file: GrowingFile, form: Form, places: Iterable[int] = (), checkpoint: int | None = None
     ) -> None:
         self.file, self.form, self.places, self.checkpoint = file, form, list(places), checkpoint
-        self._read_to, self._motions = 0, Motions()  # number of deltas that were read in order, and their motions
+        self._read_to, self._motions = 0, Motions()  # how many deltas have been read in order, and their motions
 
-    @lru_cache(CACHED_ROWS)  # noqa: B019 (closed journals are few, and drop out of the cache)
+    @lru_cache(CACHED_ROWS)  # noqa: B019 (closed journals are few, and other entries soon replace theirs)
     def row(self, place: int) -> Row:
-        """Return the row whose line begins at a file position. Raises FileError."""
+        """Read the row of segments whose line begins at the file position `place`. Raises FileError."""
         return self._read(lambda: Row(wire.decode_row(_line(self.file, place).record, self.form)))
 
     @lru_cache(CACHED_ROWS)  # noqa: B019
     def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
-        """Return the deltas from number `first`, which begins a part, up to `last` exclusive. Raises FileError."""
+        """Read the deltas from number `first` (a multiple of PART) to `last`, exclusive. Raises FileError."""
         return self._read(lambda: self._read_deltas(first, last))
 
     def _read(self, read: Callable[[], V]) -> V:
-        """Read from the file; if the journal has moved meanwhile, read again from its new file. Raises FileError."""
+        """Call a function that reads from the file; if it fails because the journal has moved to a new file meanwhile,
+        call it again. Raises FileError.
+        """
         file = self.file
         try:
             return read()
         except (OSError, RecordError) as error:
-            if self.file is not file:  # the journal has moved to another file meanwhile
+            if self.file is not file:  # the journal has moved to a new file meanwhile
                 return self._read(read)
             what = f"{self.file.path}: what it has of earlier times cannot be read ({error})"
             raise FileError(what, "a copy of the file helps, if there is one") from error
@@ -162,7 +168,8 @@ class Past:
     def _read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
         try:
             return list(self._deltas(first, last, Motions()))
-        except RecordError:  # file of an older vrs: its lines refer to motions that are described before this part
+        # in a file of an older vrs, lines may refer to motions that are described before this part: read from the start
+        except RecordError:
             if self._read_to != first:
                 self._read_to, self._motions = 0, Motions()
                 for _ in self._deltas(0, first, self._motions):
@@ -172,7 +179,9 @@ class Past:
             return found
 
     def _deltas(self, first: int, last: int, motions: Motions) -> Iterator[TimelineDelta]:
-        """Yield deltas. Raises RecordError."""
+        """Yield the deltas from number `first` to `last`, exclusive. `motions`: the motions that earlier lines
+        describe. Raises RecordError.
+        """
         number = first
         for line in lines(self.file, self.places[first // PART]) if first < last else ():
             if wire.has_delta(line.record):
@@ -185,7 +194,7 @@ class Past:
 
 
 class KeptRow(Struct, frozen=True):
-    """A row that is stored in a journal."""
+    """A row of segments that is stored in a journal at the file position `place`, and not in memory."""
 
     past: Past
     place: int
@@ -195,8 +204,9 @@ class KeptRow(Struct, frozen=True):
 
 
 def lines(file: GrowingFile, place: int) -> Iterator[JournalLine]:
-    """Yield the lines from a file position on; the line before that position must have a checksum. An incomplete last
-    line is omitted. Raises RecordError for a line that was changed."""
+    """Yield the lines of a file that begin at the file position `place` or later; the line before it must have a
+    checksum. An incomplete last line is left out. Raises RecordError if a checksum is wrong.
+    """
     checksums = _checksums(file, place)
     data, begin = b"", place
     while chunk := file.read(begin + len(data), CHUNK):
@@ -210,7 +220,7 @@ def lines(file: GrowingFile, place: int) -> Iterator[JournalLine]:
 
 
 def _line(file: GrowingFile, place: int) -> JournalLine:
-    """Return the line at a file position. Raises RecordError."""
+    """Return the line that begins at the file position `place`. Raises RecordError."""
     line = next(lines(file, place), None)
     if line is None:
         raise RecordError("it is cut short")
@@ -218,19 +228,19 @@ def _line(file: GrowingFile, place: int) -> JournalLine:
 
 
 def _checksums(file: GrowingFile, place: int) -> wire.Checksums:
-    """Return the checksums for the lines from a file position on. Raises RecordError if the line before has no
-    checksum.
+    """Return an object that checks the checksums of the lines that begin at the file position `place` or later. Raises
+    RecordError if the line before has no checksum.
     """
     return wire.Checksums.after(file.read(max(place - MAX_CHECKSUM_BYTES, 0), min(place, MAX_CHECKSUM_BYTES)))
 
 
-# --- restarting -------------------------------------------------------------------------------------------------
+# --- resuming ---------------------------------------------------------------------------------------------------
 
 
 class Resumed(Struct, frozen=True):
-    """The events in a journal, for continuing it. `size`: the number of bytes of complete lines; `checksum`: the
-    checksum of the last line. `version`: the version of the checkpoint that was read; `measured`: all reports of the
-    real arm.
+    """The content of a journal that was resumed from a checkpoint and can be continued. `size`: the size of all
+    complete lines [B]; `checksum`: the checksum of the last of them. `version`: the timeline version of the checkpoint;
+    `measured`: all reports of the real arm.
     """
 
     model: RobotModel
@@ -243,12 +253,13 @@ class Resumed(Struct, frozen=True):
 
 
 def resume_journal(file: GrowingFile, changes: int) -> Resumed | None:
-    """Read a journal from the last checkpoint that has at least `changes` changes after it. Return None if no such
-    checkpoint exists or can be read; then the whole file must be read."""
+    """Read a journal from the last checkpoint that has at least `changes` changes after it. Return None if there is no
+    such checkpoint, or it cannot be read; the caller must then read the whole file.
+    """
     try:
         place = _last_checkpoint(file)
         after = 0 if place is None else sum(wire.has_delta(line.record) for line in lines(file, place))
-        version = None  # version of the checkpoint after this one
+        version = None  # timeline version of the next later checkpoint
         while place is not None:
             record = decode(_line(file, place).record, wire.CheckpointRecord)
             after += 0 if version is None else version - record.checkpoint
@@ -261,7 +272,7 @@ def resume_journal(file: GrowingFile, changes: int) -> Resumed | None:
 
 
 def _last_checkpoint(file: GrowingFile) -> int | None:
-    """Return the file position of the last complete checkpoint."""
+    """Search a file backwards for the last complete checkpoint, and return its file position; None if there is none."""
     mark, begin, overlap, last_end = b"\n" + wire.CHECKPOINT, file.size, b"", -1
     while begin:
         size = min(begin, CHUNK)
@@ -270,7 +281,7 @@ def _last_checkpoint(file: GrowingFile) -> int | None:
         if last_end < 0 and (at := data.rfind(b"\n")) >= 0:
             last_end = begin + at
         found = data.rfind(mark)
-        if begin + found == last_end:  # the checkpoint is incomplete
+        if begin + found == last_end:  # the line of this checkpoint is incomplete, so search for the one before it
             found = data.rfind(mark, 0, found)
         if found >= 0:
             return begin + found + 1
@@ -279,7 +290,7 @@ def _last_checkpoint(file: GrowingFile) -> int | None:
 
 
 def _has_older_hand(file: GrowingFile) -> bool:
-    """Return whether motions in a journal may contain the opening of the hand, as in older files."""
+    """Return whether a journal may be an older file, in which motions contain the opening of the hand."""
     begin, overlap, is_header = 0, b"", True
     while chunk := file.read(begin, CHUNK):
         begin += len(chunk)
@@ -316,7 +327,8 @@ def _resume_at(file: GrowingFile, place: int, record: wire.CheckpointRecord) -> 
             (known if line.place < place else new).append(delta)
             if line.place > place and not delta.version % PART:
                 past.places.append(line.place)
-    unknown = [None] * len(new)  # commands that were undone before the checkpoint; a REDO after it can repeat them
+    # placeholders for commands before the checkpoint that were undone, since REDO after it may repeat them
+    unknown = [None] * len(new)
     history = History(undone=unknown, forgotten=record.commands)
     timeline = Timeline.of_parts(_parts(record, past), record.checkpoint, _event_parts(record, file))
     book = Book(
@@ -339,7 +351,9 @@ def _resume_at(file: GrowingFile, place: int, record: wire.CheckpointRecord) -> 
 
 
 def _reports_before(file: GrowingFile, end: int) -> Iterator[bytes]:
-    """Yield the lines of reports that begin before a file position, without reading other lines. Raises RecordError."""
+    """Yield the lines of reports that begin before the file position `end`, without checking other lines. Raises
+    RecordError.
+    """
     mark, begin = b"\n" + wire.REPORTS, 0
     while begin < end:
         found = file.read(begin, CHUNK + len(mark)).find(mark)
@@ -349,7 +363,7 @@ def _reports_before(file: GrowingFile, end: int) -> Iterator[bytes]:
         for line in lines(file, begin + found + 1):
             if line.place >= end or not wire.has_reports(line.record):
                 break
-            begin = line.end - 1  # the mark of the next line includes the newline before it
+            begin = line.end - 1  # step back to the newline before the next line, because the mark begins with it
             yield line.record
         else:
             return
@@ -367,7 +381,7 @@ def _parts(record: wire.CheckpointRecord, past: Past) -> Iterator[OffsetNode[Row
 
 
 def _event_parts(record: wire.CheckpointRecord, file: GrowingFile) -> Iterator[OffsetNode[EventRow]]:
-    """Read the events; all of them stay in memory. Raises RecordError."""
+    """Read all events of a checkpoint, which stay in memory. Raises RecordError."""
     rows: dict[int, EventRow] = {}
     for it in record.events:
         row = rows.get(it.place)
@@ -380,7 +394,9 @@ def _event_parts(record: wire.CheckpointRecord, file: GrowingFile) -> Iterator[O
 
 
 def part_record(offset: float, leaf: Leaf[Row] | Leaf[EventRow]) -> wire.PartRecord:
-    """Return the journal record of a part of a row. Its times plus `offset` [s] are the times of the timeline."""
+    """Return the journal record of a leaf: a part of a stored row. The times in the row plus `offset` [s] are the times
+    in the timeline.
+    """
     kept = leaf.row.kept
     place = kept.place if isinstance(kept, KeptRow) else kept
     assert isinstance(place, int), "the row is in a journal"

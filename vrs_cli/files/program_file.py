@@ -1,6 +1,6 @@
-"""Find program files (.v2) and decode their bytes. Also keep recovery files, which contain programs that exist only in
-a shell's memory. A shell with unsaved programs writes a recovery file and holds a lock beside it; the system frees that
-lock when the shell ends in any way. So a recovery file with a free lock was left by a shell that was killed.
+"""Find program files (.v2) and decode them. Also keep recovery files, which contain programs that exist only in a
+shell's memory. A shell with unsaved programs writes a recovery file and holds a lock; the system releases the lock when
+the shell ends for any reason. So a recovery file whose lock is free was left by a shell that was killed.
 """
 
 from __future__ import annotations
@@ -22,16 +22,17 @@ from vrs_cli.language.text.parser import DISK_END, files_named_above, named_abov
 from vrs_cli.language.words.values import key_of
 
 EXTENSION = ".v2"
-PROGRAM_SUFFIXES = (".v2", ".pg")  # suffixes of program files
-MAX_NEIGHBOURS = 1000  # maximum number of files in a folder that are searched for programs
+PROGRAM_SUFFIXES = (".v2", ".pg")  # file name suffixes that mark program files
+MAX_NEIGHBOURS = 1000  # maximum number of files in a folder that `programs_beside` looks at
 
 MAX_PROGRAM_BYTES = 64 * 2**20  # [B] maximum size of a program file
 
 
 def read_program_file(path: str | Path, within: Folder = FREE) -> str:
-    """Read a program file; if only the name with `.v2` exists, read that file. Line ends become newlines. The text is
-    UTF-8, UTF-16 with a byte order mark, or otherwise Latin-1, in which all bytes are valid; callers report invalid
-    characters. Raises NonexistentFile, FileError and, if it is too long, FileDamaged."""
+    """Read a program file; `.v2` may be left out of its name. Line ends become newlines. The text is decoded as UTF-8,
+    as UTF-16 if it has a byte order mark, or else as Latin-1, in which all bytes are valid; callers report invalid
+    characters. Raises NonexistentFile, FileError, and FileDamaged if the file is too large.
+    """
     found = find_program_file(path)
     try:
         with (FREE if is_sample(found) else within).open_to_read(found) as stream:
@@ -42,9 +43,10 @@ def read_program_file(path: str | Path, within: Folder = FREE) -> str:
 
 
 def cell_of_program(text: str, path: Path | None, folder: Folder) -> tuple[Path, str] | None:
-    """Return the cell file of a program, and the file that names it. The cell file is named by the comment `; cell:
-    FILE` above the first program, relative to `folder`; without a comment it is NAME.toml beside NAME.v2. Raises
-    FileOutside."""
+    """Return the path of a program's cell file, and a text that says where this is stated. The comment `; cell: FILE`
+    above the first program names the cell file, relative to `folder`; without this comment it is NAME.toml in the
+    folder of NAME.v2. Return None if there is no cell file. Raises FileOutside.
+    """
     named, span = named_above(text, "cell") or (None, None)
     if named is not None and span is not None:
         return folder.path(named), f"{path or 'standard input'}:{span.line}"
@@ -53,11 +55,13 @@ def cell_of_program(text: str, path: Path | None, folder: Folder) -> tuple[Path,
 
 
 def project_of(path: Path, text: str, *, closed: bool = False) -> dict[Path, str]:
-    """Return, by path, the texts of a file and of all files named by comments `; with: FILE` above a first program.
-    Names are relative to the file that contains the comment. `closed`: these files must be in its folder, and links are
-    not allowed. Raises NonexistentFile, FileOutside, FileError, FileDamaged."""
+    """Return, by path, the texts of a program file and of all files that belong to it: those named in comments `; with:
+    FILE` above the first program, and so on from file to file. Names are relative to the file with the comment.
+    `closed`: the named files must be in the folder of this file, and links are not allowed. Raises NonexistentFile,
+    FileOutside, FileError, FileDamaged.
+    """
     found, known, waiting = {path: text}, {os.path.realpath(path)}, [path]
-    for here in waiting:  # the loop appends to this list
+    for here in waiting:  # the loop appends to the list over which it runs
         for name, span in files_named_above(found[here]):
             try:
                 folder = Folder(here.parent, closed=closed)
@@ -72,7 +76,7 @@ def project_of(path: Path, text: str, *, closed: bool = False) -> dict[Path, str
 
 
 def programs_beside(path: Path) -> dict[str, str]:
-    """Return the keys of the programs in the other program files of the folder, each with the name of its file."""
+    """Return the programs in the other program files of a folder: for each program's key the name of its file."""
     found: dict[str, str] = {}
     for name in sorted(neighbours(path))[:MAX_NEIGHBOURS]:
         if name.lower().endswith(PROGRAM_SUFFIXES) and name != path.name:
@@ -83,8 +87,8 @@ def programs_beside(path: Path) -> dict[str, str]:
 
 
 def decode_program(name: str, data: bytes) -> str:
-    """Decode the bytes of a program file; `name`: the file's name for the message. Raises FileDamaged for more than
-    MAX_PROGRAM_BYTES.
+    """Decode the bytes of a program file as `read_program_file` does. `name`: the file's name, for errors. Raises
+    FileDamaged for more than MAX_PROGRAM_BYTES.
     """
     if len(data) > MAX_PROGRAM_BYTES:
         raise FileDamaged(f"{name} is longer than {MAX_PROGRAM_BYTES // 2**20} MB", "a program file is VAL-II text")
@@ -94,8 +98,9 @@ def decode_program(name: str, data: bytes) -> str:
 
 
 def find_program_file(path: str | Path, samples: Folder | None = None) -> Path:
-    """Return the file with that name, or with `.v2` or `.V2` added. `samples`: in this folder, a name without a file
-    may be the name of a sample program. Raises NonexistentFile, FileError."""
+    """Return the path of the program file with this name, or with `.v2` or `.V2` added. `samples`: if there is no such
+    file and the name is in this folder, it may also name a sample program. Raises NonexistentFile, FileError.
+    """
     named = Path(path)
     check_length(named)
     for suffix in ("", EXTENSION, EXTENSION.upper()):
@@ -112,17 +117,17 @@ def find_program_file(path: str | Path, samples: Folder | None = None) -> Path:
 
 
 def sample_programs() -> list[Path]:
-    """Return the sample programs that come with vrs, by name."""
+    """Return the paths of the sample programs that come with vrs, sorted by name."""
     return sorted(shipped_folder("programs").glob(f"*{EXTENSION}"))
 
 
 def is_sample(path: Path) -> bool:
-    """Return whether a path leads to a sample program."""
+    """Return whether a path is in the folder of sample programs that come with vrs."""
     return path.parent == shipped_folder("programs")
 
 
 def _near(path: Path) -> str:
-    """Return a hint for a missing file: a file in the folder with a similar name."""
+    """Return a hint for a missing file, such as a file with a similar name in the folder."""
     folder = path.parent
     if not folder.is_dir():
         return f"there is no folder {folder}"
@@ -134,17 +139,19 @@ def _near(path: Path) -> str:
 
 
 KEPT, DECLINED = "unstored-", "declined-"
-KEEP_DECLINED_S = 30 * 86_400.0  # [s] how long a recovery file that the user declined is kept
-PRIVATE = 0o700  # permissions of folders for the user's state (XDG Base Directory Specification)
+# [s] time for which a recovery file that the user declined is kept before it is deleted
+KEEP_DECLINED_S = 30 * 86_400.0
+PRIVATE = 0o700  # permissions of the folder of recovery files (XDG Base Directory Specification)
 
 
 class Recovery:
-    """The recovery file of one shell; it is created when there is something to write. No errors are raised: if the file
-    cannot be created, there is no recovery. A thread does the writing, because syncing may be slow; if several texts
-    arrive meanwhile, it writes only the last one."""
+    """The recovery file of one shell, created when there is something to write. Its methods raise no errors: if the
+    file cannot be created, nothing can be recovered later. A thread writes the file, because syncing may be slow; if it
+    is given several texts while it writes, it then writes only the last one.
+    """
 
     def __init__(self, folder: Path) -> None:
-        from concurrent.futures import ThreadPoolExecutor  # imported here because most commands keep no recovery file
+        from concurrent.futures import ThreadPoolExecutor  # imported here because most commands have no recovery file
 
         self._folder = folder
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recovery")
@@ -153,20 +160,20 @@ class Recovery:
         self._held: HeldLock | None = None
 
     def write(self, text: str) -> None:
-        """Write a text, which replaces the previous one."""
+        """Write a text in the thread; it replaces the previous text."""
         self._text = text
         self._writer.submit(self._write)
 
     def remove(self) -> None:
-        """Remove the file."""
+        """Remove the recovery file, and wait until it is removed."""
         self._text = None
         self._writer.submit(self._remove).result()
 
     def wait(self) -> None:
-        """Wait until everything is written."""
+        """Wait until the thread has written everything."""
         self._writer.submit(lambda: None).result()
 
-    # --- in the thread ---
+    # --- called in the thread ---
 
     def _write(self) -> None:
         text, self._text = self._text, None
@@ -190,7 +197,7 @@ class Recovery:
 
 
 class LeftFile(Struct, frozen=True):
-    """A recovery file left by a killed shell; locked until `remove` or `decline`."""
+    """A recovery file that a killed shell has left; it is locked until `remove` or `decline` is called."""
 
     path: Path
     written: datetime
@@ -198,13 +205,13 @@ class LeftFile(Struct, frozen=True):
     held: HeldLock
 
     def remove(self) -> None:
-        """Delete the file, after its programs have been restored."""
+        """Delete the file. Call this after its programs have been restored."""
         with suppress(OSError):
             self.path.unlink()
         self.held.release()
 
     def decline(self) -> Path:
-        """Rename the file, so that no shell offers it again. Return its new path."""
+        """Rename the file, so that no shell offers it to the user again. Return its new path."""
         place = self.path.with_name(self.path.name.replace(KEPT, DECLINED, 1))
         with suppress(OSError):
             self.path.rename(place)
@@ -213,12 +220,12 @@ class LeftFile(Struct, frozen=True):
 
 
 def recovery_files(folder: Path) -> list[Path]:
-    """Return the recovery files of shells, both running and killed."""
+    """Return the paths of all recovery files in a folder, of running and of killed shells."""
     return list(folder.glob(f"{KEPT}*{EXTENSION}"))
 
 
 def left_files(folder: Path) -> list[LeftFile]:
-    """Return the recovery files of killed shells, the oldest first; skip unreadable files. Also delete declined files
+    """Return the readable recovery files of killed shells, the oldest first, and lock them. Also delete declined files
     older than KEEP_DECLINED_S.
     """
     for path in folder.glob(f"{DECLINED}*{EXTENSION}"):
@@ -230,7 +237,7 @@ def left_files(folder: Path) -> list[LeftFile]:
 
 
 def _lock_left(path: Path) -> LeftFile | None:
-    """Lock and return a recovery file; return None if its shell is still running."""
+    """Lock a recovery file and return it; return None if its shell is still running."""
     with suppress(OSError, FileError):
         held = hold(_mark(path))
         try:
@@ -245,6 +252,7 @@ def _lock_left(path: Path) -> LeftFile | None:
 
 
 def _mark(path: Path) -> Path:
-    """Return the path of the lock that is held while the shell runs; the recovery file itself is locked only while it
-    is written."""
+    """Return the path whose lock a shell holds while it runs. (The recovery file itself is locked only while it is
+    written.)
+    """
     return path.with_suffix(".shell")

@@ -1,4 +1,4 @@
-"""Rebuild the timeline and the command history of a file from its deltas, and find faults in them."""
+"""Rebuild the timeline and the command history of a trajectory file from its deltas, and find faults in them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Fault(Struct, frozen=True):
-    """A fault in a file, with its line number."""
+    """A fault in a trajectory file: its line number, and what is wrong."""
 
     line: int
     what: str
@@ -30,7 +30,9 @@ class Fault(Struct, frozen=True):
 
 
 def apply(timeline: Timeline, delta: TimelineDelta) -> Timeline:
-    """Return the timeline after a delta. Raises RecordError if the delta does not fit."""
+    """Apply a delta to a timeline, and return the new timeline. Raises RecordError if the delta does not fit this
+    timeline.
+    """
     if delta.version != timeline.version:
         raise RecordError(f"a delta of timeline version {delta.version}; version {timeline.version} is due here")
     count, after = len(timeline), delta.keep + delta.drop
@@ -47,7 +49,7 @@ def apply(timeline: Timeline, delta: TimelineDelta) -> Timeline:
 
 
 def _check_events(timeline: Timeline, edit: EventEdit) -> None:
-    """Raise RecordError if an edit does not fit the events of a timeline."""
+    """Check that an edit of events fits the events of a timeline. Raises RecordError."""
     count, after = timeline.event_count, edit.keep + edit.drop
     if after > count:
         raise RecordError(f"keeps {edit.keep} and drops {edit.drop} of {count} events")
@@ -59,9 +61,9 @@ def _check_events(timeline: Timeline, edit: EventEdit) -> None:
 
 
 class LoadedTimeline:
-    """A timeline while the deltas of its file are being applied. Appended segments are collected in a list, and added
-    to the rope together. `_last` is the last segment of the list; if the list is empty, the last segment of the
-    timeline.
+    """A timeline to which the deltas of a file are being applied. Appended segments are collected in a list and added
+    to the timeline together, which is faster. `_last`: the last segment of this list, or of the timeline if the list is
+    empty.
     """
 
     def __init__(self, timeline: Timeline) -> None:
@@ -78,11 +80,11 @@ class LoadedTimeline:
 
     @property
     def has_events(self) -> bool:
-        """Return whether there are events."""
+        """Return whether the timeline has events."""
         return bool(self._timeline.event_count)
 
     def apply(self, delta: TimelineDelta) -> None:
-        """Apply a delta. Raises RecordError if it does not fit."""
+        """Apply a delta to this timeline. Raises RecordError if the delta does not fit."""
         appends = delta.keep == self._count and not delta.drop and delta.events is None
         if not appends or self._last.finish > delta.cut or delta.version != self._version:
             self._timeline = apply(self.timeline(), delta)
@@ -105,19 +107,20 @@ class LoadedTimeline:
 
 
 class OlderHand:
-    """Makes hand events from the motions of an older file, in which each motion contains the opening of the hand. If a
-    file has events in its deltas, only the motions before the first of these are older. `found`: a motion has opened
-    the hand, so a delta with events must follow if the file is continued."""
+    """Makes hand events from the motions of an older file, in which each motion contains the opening of the hand. If
+    deltas of a file have events, only the motions before the first such delta are treated as older ones. `found`:
+    whether a motion has opened the hand; if such a file is continued, the next delta must have events.
+    """
 
     def __init__(self) -> None:
         self.found, self._ended = False, False
 
     def initial(self, segments: Sequence[Segment]) -> Timeline:
-        """Return the first timeline, with the events of its motions."""
+        """Return the first timeline of a file, with hand events made from its motions."""
         return Timeline(segments, events=list(_openings(segments, 0.0)))
 
     def read(self, loaded: LoadedTimeline, delta: TimelineDelta) -> TimelineDelta:
-        """Return the delta with the events of its motions."""
+        """Return a delta with hand events made from its motions. `loaded`: the timeline before the delta."""
         if self._ended or delta.events is not None:
             self.found, self._ended = False, True
             return delta
@@ -142,8 +145,9 @@ class OlderHand:
 
 
 def _openings(segments: Iterable[Segment], before: float) -> Iterator[Event]:
-    """Yield an event for each segment whose hand opening differs from that of the previous segment. `before`: the
-    opening before the first segment."""
+    """Yield a hand event for each segment whose hand opening differs from that of the previous segment. `before`: the
+    hand opening before the first segment.
+    """
     for segment in segments:
         motion = segment.motion
         if motion.hand != before:
@@ -152,8 +156,9 @@ def _openings(segments: Iterable[Segment], before: float) -> Iterator[Event]:
 
 
 def _event_of(timeline: Timeline, index: int) -> int:
-    """Return the number of events that belong to segments before the given segment number; each event is at the start
-    of its segment."""
+    """Return how many events belong to the segments before the segment with this index. Each event is at the start of
+    its segment.
+    """
     start = timeline[index - 1].start
     count = timeline.events_by(start, before=True)
     known = set[int]()
@@ -168,8 +173,9 @@ def _event_of(timeline: Timeline, index: int) -> int:
 
 
 def check_order(segments: Iterable[Segment], before: Iterable[float] = (), behind: Iterable[float] = ()) -> None:
-    """Raise RecordError if segments overlap in time with each other, or extend beyond the times `before` and
-    `behind`."""
+    """Check that segments do not overlap in time, and are all between the times `before` and `behind`. Raises
+    RecordError.
+    """
     edges = (*before, *(edge for segment in segments for edge in (segment.start, segment.finish)), *behind)
     if not all(earlier <= later for earlier, later in pairwise(edges)):
         raise RecordError("the segments overlap in time")
@@ -179,20 +185,23 @@ def check_order(segments: Iterable[Segment], before: Iterable[float] = (), behin
 
 
 def history_of(initial: Timeline, deltas: Iterable[TimelineDelta]) -> History:
-    """Return the history after a list of deltas: the commands in effect and the commands undone last, as if they had
-    just been given. The targets of a stream share one motion and count as one command. A file does not store the clock:
-    UNDO sets it to the issue time of a command, REDO to the end of the timeline."""
+    """Return the command history after all deltas: the commands in effect, and the undone commands that REDO can
+    repeat. All targets of a stream count as one command, because they share one motion. A file does not store the
+    clock, so UNDO will set it to the time at which a command was given, and REDO to the end of the timeline.
+    """
     history = History()
     loaded_forward(history, initial, deltas, 0)
     return history
 
 
 def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[TimelineDelta], number: int) -> Timeline:
-    """Return the timeline after more deltas, and add their commands to the history. `number`: the number of the last
-    motion."""
+    """Apply deltas to a timeline, add their commands to the history, and return the new timeline. `number`: the number
+    of the last motion before these deltas.
+    """
     streaming = False
     for delta in deltas:
-        goes_on = delta.cause is Cause.COMMAND and delta.motion.number == number  # a further target of the same stream
+        # true for a further target of the same stream
+        goes_on = delta.cause is Cause.COMMAND and delta.motion.number == number
         if streaming and not goes_on:
             history.lengthen_last(timeline)
         streaming = goes_on
@@ -202,7 +211,7 @@ def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[Timeli
             history.do_again(delta.motion)
         elif not goes_on:
             number = delta.motion.number
-            # the command was given with INSERT off if it dropped motions that were scheduled after it
+            # if the command dropped motions that were scheduled after it, it was given with INSERT off
             dropped = {timeline[index].motion.number for index in range(delta.keep, delta.keep + delta.drop)}
             planned = {segment.motion.number for segment in delta.segments}
             interrupted = timeline[delta.keep - 1].motion.number if delta.keep else 0
@@ -216,12 +225,13 @@ def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[Timeli
 # --- faults ----------------------------------------------------------------------------------------------------------
 
 
-HEADER = 1  # line number of the header
+HEADER = 1  # line number of a file's header
 
 
 def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], lines: Sequence[int]) -> Iterator[Fault]:
-    """Yield the faults of a trajectory: goals out of range, and times at which the final timeline jumps, leaves a range
-    or exceeds a limit. `lines`: the line numbers of the deltas."""
+    """Yield the faults of a trajectory: goals outside the joint ranges, and times at which the final timeline jumps,
+    leaves a joint range or exceeds a velocity or other limit. `lines`: the line number of each delta.
+    """
     import numpy as np
 
     from vrs_cli.engine.breaches import PLACE_TOLERANCE, breaches
@@ -241,8 +251,8 @@ def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], l
 def in_lines(
     found: Iterable[Breach], timeline: Timeline, deltas: Sequence[TimelineDelta], lines: Sequence[int]
 ) -> Iterator[Fault]:
-    """Yield a fault for each breach of a timeline. Its line is the last line that made a segment around the breach, or
-    that cut off the first of these segments at its present end.
+    """Yield a fault for each breach (a time at which the timeline violates a limit). The fault has the number of the
+    last line that made one of the two segments at the breach, or that cut off the first of them where it now ends.
     """
     for breach in found:
         neighbours = [timeline[index] for index in (breach.index - 1, breach.index) if index >= 0]

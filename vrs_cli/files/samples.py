@@ -1,10 +1,11 @@
 """Define sample times and joint names of exports, and export a trajectory as an MCAP log of ROS 2 messages, which
 Foxglove shows without plugins and `ros2 bag play` plays.
 
-Topics: at each sample /joint_states (sensor_msgs/JointState), /tool (geometry_msgs/PoseStamped, T_world_tool) and /tf
-(tf2_msgs/TFMessage, the frames of all links and the tool, each in the frame before it); /commands (rcl_interfaces/Log)
-when a motion begins; /signals (the same type) when a signal or the hand is set; in a cell also /tf (T_world_part) when
-a part has moved since the last sample. The log's clock is the robot's: 0 is 0 s.
+Each sample has messages on the topics /joint_states (sensor_msgs/JointState), /tool (geometry_msgs/PoseStamped,
+T_world_tool) and /tf (tf2_msgs/TFMessage, the frames of all links and the tool, each in the previous frame). There are
+further messages on /commands (rcl_interfaces/Log) when a motion begins, on /signals (the same type) when a signal or
+the hand is set, and, in a cell, on /tf (T_world_part) when a part has moved since the last sample. Times in the log are
+those of the robot's clock, in nanoseconds.
 """
 
 from __future__ import annotations
@@ -34,14 +35,16 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND
 from vrs_cli.version import __version__
 
-CHUNK = 8192  # maximum number of samples in memory at a time
-NANOSECONDS = 1_000_000_000  # nanoseconds per second
+CHUNK = 8192  # maximum number of samples that are computed at a time, to limit memory
+NANOSECONDS = 1_000_000_000  # number of nanoseconds in a second
 Times = NDArray[np.int64]  # [ns]
 Bytes = NDArray[np.uint8]
 
 
 def sample_times(timeline: Timeline, rate: float) -> Iterator[Floats]:
-    """Yield start, start + 1/rate, ... and the exact end [s], in arrays of at most CHUNK + 1."""
+    """Yield the sample times of a timeline [s]: start, start + 1/rate, ... and the exact end, in arrays of at most
+    CHUNK + 1 times.
+    """
     start, end = timeline.start, timeline.end
     count = ceil((end - start) * rate)
     for first in range(0, count, CHUNK):
@@ -51,7 +54,7 @@ def sample_times(timeline: Timeline, rate: float) -> Iterator[Floats]:
 
 
 def joint_names(count: int) -> list[str]:
-    """Return jt1, jt2, ..."""
+    """Return the names jt1, jt2, ... of `count` joints."""
     return [f"jt{i}" for i in range(1, count + 1)]
 
 
@@ -63,15 +66,17 @@ def nanoseconds(times: Floats) -> Times:
 # --- an MCAP log -----------------------------------------------------------------------------------------------------
 
 
-INFO = 20  # level "info" in rcl_interfaces/Log
-SAMPLES_PER_CHUNK = 1024  # about 1.4 MB per chunk; a reader reads whole chunks
-COMPRESSION = -1  # level for zstd: chunks are 3 % larger than at level 3, but compressed in half the time
+INFO = 20  # severity level "info" in rcl_interfaces/Log
+SAMPLES_PER_CHUNK = 1024  # number of samples in a chunk of the log, about 1.4 MB; readers load whole chunks
+COMPRESSION = -1  # compression level of zstd: chunks are 3 % larger than at level 3, but take half the time
 MAGIC = b"\x89MCAP0\r\n"
 MESSAGE_CODE, INDEX_CODE = 5, 7
-_MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, two times [ns]
-_INDEX = struct.Struct("<BQHI")  # opcode, length, channel, length of the entries
+# head of a message record: opcode, length, channel, sequence number, two times [ns]
+_MESSAGE = struct.Struct("<BQHIQQ")
+_INDEX = struct.Struct("<BQHI")  # head of a message index record: opcode, length, channel, length of the entries
 CDR_HEAD = b"\x00\x01\x00\x00"
-Field = str | list[str] | tuple[Any, ...]  # a text, several texts, or a format of `struct` with its numbers
+# a field of a message: a text, several texts, or a `struct` format with its numbers
+Field = str | list[str] | tuple[Any, ...]
 
 _TIME = "int32 sec\nuint32 nanosec"
 _HEADER = "builtin_interfaces/Time stamp\nstring frame_id"
@@ -79,7 +84,7 @@ _RULE = "\n" + "=" * 80 + "\n"
 
 
 def _schema(own: str, *others: tuple[str, str]) -> bytes:
-    """Return the schema of a message and of the messages that it contains."""
+    """Return the schema of a message type, followed by those of the message types that it contains (name, text)."""
     return _RULE.join((own, *(f"MSG: {name}\n{text}" for name, text in others))).encode("ascii")
 
 
@@ -130,21 +135,21 @@ TOPICS = {
 
 
 class PartPoses(Protocol):
-    """The methods of a robot's world that this file uses; the class itself is in a folder that this folder must not
-    import.
+    """The methods of the class `World` (the parts around the robot) that this file uses. This folder must not import
+    the class itself.
     """
 
     def poses(self, timeline: Timeline, t: float) -> Iterator[tuple[str, Transform]]: ...
 
 
 def check_mcap() -> None:
-    """Raise UsageError if the package is missing."""
+    """Check that the package mcap is installed. Raises UsageError."""
     if find_spec("mcap") is None:
         raise UsageError("a log in MCAP needs mcap, which is not installed", how_to_install("mcap"))
 
 
 class LogMessage(NamedTuple):
-    """A message in a log: `time` in nanoseconds, `data` in CDR."""
+    """A message in a log: its time [ns], its topic, and its data in CDR encoding."""
 
     time: int
     topic: str
@@ -154,7 +159,7 @@ class LogMessage(NamedTuple):
 def write_mcap(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: PartPoses | None = None
 ) -> None:
-    """Write the whole trajectory, with messages in order of time."""
+    """Write the log of a trajectory, with all messages in order of time. `rate`: sampling rate [Hz]."""
     check_mcap()
     log = _Log(stream, arm.model, [topic for topic in TOPICS if topic != SIGNALS or timeline.event_count])
     samples, moved = _Samples(arm.model, log.channels), dict[str, Transform]()
@@ -168,14 +173,15 @@ def write_mcap(
             while single and single[0].time <= ns[here][-1]:
                 between.append((int(ns[here].searchsorted(single[0].time)), single.pop(0)))
             log.write_chunk(ns[here], rows[here], samples.starts, sorted(between, key=itemgetter(0)))
-    if single:  # messages after the last sample
+    if single:  # some messages come after the last sample
         log.write_chunk(ns[:0], rows[:0], {}, [(0, message) for message in single])
     log.finish()
 
 
 class _Log:
-    """Writes an MCAP file. The library's own writer handles single messages and is ten times slower than writing arrays
-    of messages, so only its record types are used here. `channels`: the number of each topic."""
+    """Writes an MCAP file. Only the record types of the library mcap are used: its own writer handles messages one by
+    one, which takes ten times as long as writing arrays of messages. `channels`: the channel number of each topic.
+    """
 
     def __init__(self, stream: BinaryIO, model: RobotModel, topics: Sequence[str]) -> None:
         from mcap import data_stream, records
@@ -209,7 +215,7 @@ class _Log:
         self._place += len(data)
 
     def _add(self, *records: Any) -> None:
-        """Append records, which the mcap library writes, to the file."""
+        """Encode records with the library mcap, and append them to the file."""
         for record in records:
             record.write(self._builder)
         self._write(self._builder.end())
@@ -217,8 +223,10 @@ class _Log:
     def write_chunk(
         self, ns: Times, rows: Bytes, starts: Mapping[int, int], between: Sequence[tuple[int, LogMessage]]
     ) -> None:
-        """Write samples at times `ns` (N,), encoded as `rows` (N, k), and other messages, each before the sample whose
-        number it has. `starts`: the position in a row at which the message of each channel starts."""
+        """Write a chunk with the samples at times `ns` (N,), encoded as `rows` (N, k) of bytes, and with the other
+        messages `between`, each with the index of the sample before which it is written. `starts`: for each channel the
+        position in a row where its message starts.
+        """
         size, before = rows.shape[1], [row for row, _ in between]
         records = [_record(self.channels[message.topic], message) for _, message in between]
         added = np.cumsum([0, *map(len, records)])
@@ -231,7 +239,9 @@ class _Log:
         self._add_chunk(data, {channel: np.concatenate(some) for channel, some in entries.items()})
 
     def _add_chunk(self, data: bytes, entries: Mapping[int, Times]) -> None:
-        """Write messages, and for each channel an index with the times and positions of its messages (k, 2)."""
+        """Write a chunk of encoded messages, and an index for each channel. `entries`: for each channel the times and
+        positions of its messages (k, 2).
+        """
         records, chunk, packed = self._records, self._place, self._compress(data)
         times = np.concatenate([some[:, 0] for some in entries.values()])
         facts = {
@@ -259,7 +269,7 @@ class _Log:
         )
 
     def finish(self) -> None:
-        """Write the summary, which lets a reader find the messages of a given time."""
+        """Write the end of the file: the summary, with which readers find the messages of a given time."""
         records = self._records
         self._add(records.DataEnd(data_section_crc=0))
         counts = records.Statistics(
@@ -287,8 +297,10 @@ def _record(channel: int, message: LogMessage) -> bytes:
 
 
 class _Samples:
-    """Encodes the messages of samples as rows of bytes, which differ only in their times and in numbers of type double.
-    `starts`: the position in a row at which the message of each channel starts."""
+    """Encodes the messages of each sample as one row of bytes. Rows differ only in their times and in numbers of type
+    double, so arrays of them are encoded together. `starts`: for each channel the position in a row where its message
+    starts.
+    """
 
     def __init__(self, model: RobotModel, channels: Mapping[str, int]) -> None:
         n, names = model.joint_count, frame_names(model)
@@ -315,7 +327,9 @@ class _Samples:
         self._row = np.frombuffer(bytes(row), np.uint8)
 
     def encode(self, ns: Times, timeline: Timeline, here: PositionArrays) -> Bytes:
-        """Return the messages of N samples at times `ns`, (N, k)."""
+        """Return the encoded messages (N, k) of N samples at times `ns`. `here`: the positions of the robot at these
+        times.
+        """
         rows = np.tile(self._row, (len(ns), 1))
         stamps = np.stack(np.divmod(ns, NANOSECONDS), axis=1).astype("<i4")
         T = here.T_world_tool
@@ -332,7 +346,7 @@ class _Samples:
 
 
 def _commands(timeline: Timeline) -> Iterator[LogMessage]:
-    """Yield a message when a motion begins, and when it continues after an inserted motion."""
+    """Yield a message for each time at which a motion begins, or continues after an inserted motion."""
     before = 0
     for segment in timeline:
         motion = segment.motion
@@ -343,7 +357,7 @@ def _commands(timeline: Timeline) -> Iterator[LogMessage]:
 
 
 def _signals(timeline: Timeline) -> Iterator[LogMessage]:
-    """Yield a message when a signal or the hand is set."""
+    """Yield a message for each time at which a signal or the hand is set."""
     for event in timeline.events:
         if not event.observed:
             ns, on = round(event.time * NANOSECONDS), "on" if event.value else "off"
@@ -352,15 +366,17 @@ def _signals(timeline: Timeline) -> Iterator[LogMessage]:
 
 
 def frame_names(model: RobotModel) -> list[str]:
-    """Return the names of the frames in a log, each the parent of the next: world, ROBOT/base, ROBOT/link1, ...,
-    ROBOT/flange, ROBOT/tool.
+    """Return the names of the frames in a log: world, ROBOT/base, ROBOT/link1, ..., ROBOT/flange, ROBOT/tool. Each is
+    the parent frame of the next.
     """
     links = [f"link{i}" for i in range(1, model.joint_count)]
     return ["world", *(f"{model.name}/{name}" for name in ("base", *links, "flange", "tool"))]
 
 
 def _frame_poses(model: RobotModel, timeline: Timeline, here: PositionArrays) -> Iterator[Floats]:
-    """Yield, for each frame, its pose at each time: x, y, z [m] and a quaternion, (N, 7)."""
+    """Yield for each frame but the first its poses in the previous frame at N times: x, y, z [m] and a quaternion (N,
+    7).
+    """
     frames, numbers = frames_over(timeline, here.times)
     ends = ((compose(inverse(one.base), model.base), one.tool) for one in frames)
     bases, tools = (np.array([_pose(T) for T in some])[numbers] for some in zip(*ends, strict=True))
@@ -371,18 +387,20 @@ def _frame_poses(model: RobotModel, timeline: Timeline, here: PositionArrays) ->
 
 
 def _pose(T: Transform) -> tuple[float, ...]:
-    """Return x, y, z [m] and a quaternion x, y, z, w whose w is not negative."""
+    """Return the position x, y, z [m] of T, and its unit quaternion x, y, z, w with w >= 0."""
     w, *axis = unit_quaternion(T)
     x, y, z = (-a for a in axis) if w < 0.0 else axis
     return (*position(T), x, y, z, abs(w))
 
 
 def _link_poses(model: RobotModel, i: int, x: Floats) -> Floats:
-    """Return the poses (N, 7) of the link frame after the joint with index i, for joint values (N,) [rad, m], as
-    computed by `model.link_transform`. For the last joint, return the pose of the flange."""
+    """Return the poses (N, 7) of a link in the previous frame, for values (N,) [rad, m] of the joint with index i that
+    moves it; they are those of `model.link_transform`. For the last joint, return the poses of the flange.
+    """
     link = model.links[i]
     turns = link.kind is JointKind.REVOLUTE
-    T = link_transform(link, -link.theta if turns else 0.0)  # applied after a rotation about z or slide along z
+    # constant part of the pose, after the joint's rotation about z or translation along z
+    T = link_transform(link, -link.theta if turns else 0.0)
     px, py, pz, qx, qy, qz, qw = _pose(compose(T, model.flange) if i == model.joint_count - 1 else T)
     half, slide = (0.5 * (link.theta + x), 0.0 * x) if turns else (0.0 * x, x)
     c, s = np.cos(half), np.sin(half)
@@ -399,8 +417,9 @@ def _link_poses(model: RobotModel, i: int, x: Floats) -> Floats:
 def _part_frames(
     world: PartPoses | None, timeline: Timeline, times: Floats, before: dict[str, Transform]
 ) -> Iterator[tuple[int, LogMessage]]:
-    """Yield a message for each part that has moved since the last sample, with the number of the next sample. `before`:
-    the poses of the parts at the last sample."""
+    """Yield a message for each part that has moved since the last sample, with the index of the sample before which it
+    is written. `before`: the poses of the parts at the last sample, which are updated.
+    """
     if world is None:
         return
     for row, t in enumerate(times.tolist(), 1):
@@ -419,8 +438,9 @@ def _stamp(nanoseconds: int) -> Field:
 
 
 def cdr(*fields: Field) -> bytes:
-    """Encode a message in CDR, little-endian. Each number is aligned to its size, counted from the end of the
-    header."""
+    """Encode a message in little-endian CDR. The position of each number, counted from the end of the header, is a
+    multiple of its size.
+    """
     body = bytearray()
     for field in fields:
         _append(body, field)

@@ -1,7 +1,7 @@
 """Write the programs and variables in memory as the text of a program file (STORE, STOREP, STOREL, STORER, STORES),
-with the comments and blank lines of the loaded files at their old positions. Comments inside a program belong to the
-program. A layout contains the other comments: lines before a program or a section, lines before a variable of a
-section, the comment on a variable's line, and the lines after the last part of a file.
+with the comments and blank lines of the loaded files at their old positions. Comments inside a program are stored with
+the program. A `Layout` contains all other comments: lines before a program or a section of variables, lines before a
+variable, the comment on a variable's line, and the lines at the end of a file.
 """
 
 from __future__ import annotations
@@ -26,13 +26,14 @@ from vrs_cli.language.words.word import Shape
 from vrs_cli.values.diagnostics import Span
 from vrs_cli.values.numbers import Value
 
-Loose = Comment | BadLine  # a comment or a wrong line outside programs and sections
-EntryKey = tuple[str, tuple[float, ...]]  # a variable, by its key and indexes
+Loose = Comment | BadLine  # a comment, or a line with a mistake, outside programs and sections
+EntryKey = tuple[str, tuple[float, ...]]  # identifies a variable by its key and array indexes
 
 
 class EntryComments(Struct, frozen=True):
-    """The comments of a variable in a section: the lines before it (None for a blank line), and the comment on its own
-    line."""
+    """The comments of a variable in a section: the comment lines before it (None for a blank line), and the comment on
+    its own line.
+    """
 
     before: tuple[str | None, ...] = ()
     comment: str | None = None
@@ -42,8 +43,9 @@ NOTHING = EntryComments()
 
 
 class Layout(Struct, frozen=True):
-    """The comments and blank lines of files. `parts`: lines before a program (by key) or a section (by name); `ends`:
-    lines before the `.END` of a section.
+    """The comments and blank lines of the loaded files. `parts`: the lines before each program (by key) or section (by
+    name). `entries`: the comments of each variable. `ends`: the lines before the `.END` of each section. `tail`: the
+    lines at the end of a file.
     """
 
     parts: Mapping[str, tuple[Loose, ...]] = field(default_factory=dict)
@@ -76,22 +78,26 @@ class Layout(Struct, frozen=True):
         return cls(parts, entries, ends, tuple(loose))
 
     def with_file(self, other: Layout) -> Layout:
-        """Return the layout after another file has been loaded."""
+        """Return the layout extended by that of another loaded file, which has precedence."""
         entries, ends = {**self.entries, **other.entries}, {**self.ends, **other.ends}
         return Layout({**self.parts, **other.parts}, entries, ends, other.tail or self.tail)
 
     def with_renamed(self, old: str, new: str) -> Layout:
-        """Return the layout after a program has been renamed."""
+        """Return the layout with a program's lines stored under its new name."""
         parts = dict(self.parts)
         parts[key_of(new)] = parts.pop(key_of(old), ())
         return replace(self, parts=parts)
 
     def with_part(self, key: str, before: Iterable[Loose]) -> Layout:
-        """Return the layout with other lines before a program; a deleted program has no lines."""
+        """Return the layout with the lines `before` in place of those before a program; give no lines for a deleted
+        program.
+        """
         return replace(self, parts={**self.parts, key: tuple(before)})
 
     def laid_out(self, parts: Iterable[Program | Section]) -> Iterator[Program | Section | Loose]:
-        """Yield programs and sections with their comments and blank lines. The first line of the text is not blank."""
+        """Yield programs and sections in order, each after its comments and blank lines. Blank lines at the start of
+        the text are left out.
+        """
         begun = False
         for part in parts:
             for line in self.parts.get(_part_key(part), ()):
@@ -122,11 +128,11 @@ def _entry_key(entry: Entry) -> EntryKey:
 
 
 NO_LAYOUT = Layout()
-NOWHERE = Span(0, 0, 0)  # span of stored parts, which have no position in a file
+NOWHERE = Span(0, 0, 0)  # stands for a position in a file, which stored parts do not have
 
 
 class MemoryPart(Enum):
-    """A part of the memory. `value`: the extension of a file that contains only this part."""
+    """A part of the memory that can be stored alone. `value`: the extension of a file that contains only this part."""
 
     PROGRAMS = ".pg"
     LOCATIONS = ".lc"
@@ -156,7 +162,9 @@ def store(
     programs: Sequence[str] = (),
     layout: Layout = NO_LAYOUT,
 ) -> str:
-    """Return the text of a file that restores the parts `what`, as `choose_parts` selects them."""
+    """Return the text of a file from which LOAD restores the parts `what` of the memory. `programs`: see
+    `choose_parts`.
+    """
     everything = not programs and set(what) >= EVERYTHING
     return text_of(choose_parts(environment, what, programs), layout, everything=everything)
 
@@ -164,8 +172,9 @@ def store(
 def choose_parts(
     environment: Memory, what: Collection[MemoryPart] = EVERYTHING, programs: Sequence[str] = ()
 ) -> list[Program | Section]:
-    """Return the parts to write. With `programs`: only these programs, the programs that they call, and the variables
-    that all of them use. Raises UndefinedName."""
+    """Return the programs and sections of the parts `what` of the memory. If `programs` are named, return only these,
+    the programs that they call, and the variables that all of them use. Raises UndefinedName.
+    """
     found = with_called(environment, programs) if programs else tuple(_programs(environment).values())
     used = variables_used(found) if programs else None
     parts: list[Program | Section] = list(found) if MemoryPart.PROGRAMS in what else []
@@ -173,15 +182,16 @@ def choose_parts(
 
 
 def text_of(parts: Sequence[Program | Section], layout: Layout = NO_LAYOUT, *, everything: bool) -> str:
-    """Return the text of parts, with the comments of `layout`. If `everything` is written, include the comments at the
-    end of the file."""
+    """Return programs and sections as text, with the comments of `layout`. `everything`: whether the whole memory is
+    written; the comments at the end of files are then included.
+    """
     from vrs_cli.language.text.printer import print_file
 
     return print_file(File((*layout.laid_out(parts), *(layout.tail if parts and everything else ()))))
 
 
 def values_of(environment: Memory, parts: Iterable[Program | Section]) -> dict[Item, Value]:
-    """Return the values of the variables in parts."""
+    """Return the values of the variables that are in the sections of `parts`."""
     items = (item_of(entry) for part in parts if isinstance(part, Section) for entry in part.entries)
     return {item: value for item in items if (value := environment.value(item)) is not None}
 
@@ -190,7 +200,9 @@ def values_of(environment: Memory, parts: Iterable[Program | Section]) -> dict[I
 
 
 def _section(environment: Memory, row: _SectionRow, used: Collection[str] | None) -> Iterator[Section]:
-    """Yield the section, if it contains any entries."""
+    """Yield the section of variables that `row` describes, if it would not be empty. `used`: the keys of the variables
+    to include; None for all.
+    """
     named = (
         one
         for kind in row.kinds
@@ -201,7 +213,7 @@ def _section(environment: Memory, row: _SectionRow, used: Collection[str] | None
 
 
 def sections_of(environment: Memory, items: Iterable[Item]) -> File:
-    """Return sections that contain only these variables, as far as they have values."""
+    """Return a file whose sections contain only these variables; variables without a value are left out."""
     there = [(item, value) for item in items if (value := environment.value(item)) is not None]
     named = [NamedValue(environment.name_of(item), value) for item, value in there]
     return File(tuple(section for row in _SECTIONS for section in _of_kinds(row, named, environment.units)))
@@ -222,7 +234,7 @@ def _entry(stored: NamedValue, units: JointUnits) -> Entry:
 
 
 def _variable(name: str) -> ast.Variable:
-    """Convert `#place[1,2]` to a variable with constant indexes."""
+    """Parse the name of a variable, such as `#place[1,2]`, and return a syntax tree node with constant indexes."""
     sigil = name[:1] if name[:1] in SIGIL_KINDS else ""
     bare, bracket, indexes = name[len(sigil) :].partition("[")
     if not bracket:
@@ -239,12 +251,14 @@ def _programs(environment: Memory) -> Mapping[str, Program]:
 
 
 def with_called(environment: Memory, names: Iterable[str]) -> tuple[Program, ...]:
-    """Return the programs of these names and all that they call, each once, callers first. Raises UndefinedName."""
+    """Return the programs with these names and all programs that they call, each once, callers first. Raises
+    UndefinedName.
+    """
     return called_from([environment.program(name).program for name in names], _programs(environment))
 
 
 def called_from(programs: Iterable[Program], known: Mapping[str, Program]) -> tuple[Program, ...]:
-    """Return programs and all `known` ones that they call, each once, callers first."""
+    """Return programs and all `known` programs that they call directly or indirectly, each once, callers first."""
     found: dict[str, Program] = {}
     waiting = list(programs)
     while waiting:
@@ -256,8 +270,9 @@ def called_from(programs: Iterable[Program], known: Mapping[str, Program]) -> tu
 
 
 def may_be_called(programs: Iterable[Program], known: Mapping[str, Program]) -> tuple[Program, ...]:
-    """Return programs and the `known` programs that they may call; all known programs if a string names the called
-    program."""
+    """Return programs and the `known` programs that they may call. If one of them has CALLS, which takes the name of a
+    program from a string, return all known programs.
+    """
     found = called_from(programs, known)
     statements = (step.statement for program in found for step in program.steps)
     by_text = any(isinstance(one, ast.Instruction) and one.word == "CALLS" for one in statements)
@@ -265,7 +280,7 @@ def may_be_called(programs: Iterable[Program], known: Mapping[str, Program]) -> 
 
 
 def _called_keys(program: Program) -> Iterator[str]:
-    """Yield the keys of the programs that a program calls by name."""
+    """Yield the keys of the programs that a program calls by name (not by a string)."""
     for node in ast.nodes(program):
         if isinstance(node, ast.Instruction) and node.word in INSTRUCTIONS:
             shapes = (argument.shape for argument in INSTRUCTIONS[node.word].arguments)
@@ -277,9 +292,11 @@ def _called_keys(program: Program) -> Iterator[str]:
 
 
 def variables_used(programs: Iterable[Program]) -> frozenset[str]:
-    """Return the keys of all variables that the programs use. A name without a sigil may be a real or a location."""
+    """Return the keys of all global variables that the programs use. A key without a sigil ($ or #) may be that of a
+    real or of a location.
+    """
     keys = set[str]()
     for program in programs:
-        own = {own.key for own in own_variables(program)}  # AUTO and LOCAL variables are private
+        own = {own.key for own in own_variables(program)}  # AUTO and LOCAL variables are not global
         keys |= {node.key for node in ast.nodes(program) if isinstance(node, ast.Variable)} - own
     return frozenset(keys)

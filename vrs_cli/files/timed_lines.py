@@ -1,22 +1,23 @@
-"""Read text files whose lines have a time and comma-separated fields: streams of targets, and changes of input signals.
+"""Read text files whose lines have a time and further comma-separated fields: streams of targets, and changes of input
+signals.
 
-The stream of `vrs lab steer` has one target a line, in the columns of our tables:
+The stream of `vrs lab steer` has one target per line, in the same columns as the tables that vrs exports:
 
     t,jt1,jt2,jt3,jt4,jt5,jt6         s, deg; mm for a slide
     t,x,y,z,o,a,t_angle               s, mm, deg
 
-The first line may name the columns, in any order; other columns are ignored, and joints have precedence over poses.
-Without it a line is a time and the joints. Lines are read one by one: a stream may be endless, and a wrong line does
-not always end the stream.
+The first line may name the columns, in any order. Other columns are ignored, and if there are joints and poses, the
+joints are used. Without this line, each line is a time and the joints. Lines are read one by one, because a stream may
+be endless; after a wrong line the caller may continue.
 
-The file of `vrs run --signals` has one change of an input signal a line:
+The file of `vrs run --signals` has one change of an input signal per line:
 
     ; time [s], signal, state
     0.5, 1001, 1
     2.25, 1001, OFF
 
-A heading with the columns is ignored. A state is 1, 0, ON, OFF, TRUE or FALSE; times may be in any order. In both files
-blank lines and comments (`;` or `#`) are ignored.
+A line with the names of the columns is ignored. A state is 1, 0, ON, OFF, TRUE or FALSE; times may be in any
+order. Blank lines and comments (`;` or `#`) are ignored in both kinds of file.
 """
 
 from __future__ import annotations
@@ -35,15 +36,17 @@ from vrs_cli.language.words.values import INPUTS, INTERNAL, plain, read_number, 
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.numbers import count
 
-BYTE_ORDER_MARK = "\ufeff"  # byte order mark, which some systems write before the first line
+BYTE_ORDER_MARK = "\ufeff"  # some systems write this character before the first line of a file
 TIME = "t"
 POSE = ("x", "y", "z", "o", "a", "t_angle")
-MAX_PAUSE_S = 3600.0  # [s] maximum time between two targets, so that one wrong, late time cannot end the stream
-MAX_SHOWN_CHARS = 60  # maximum number of characters shown of a wrong first line, which may come from any file
+# [s] a target that is later than this after the previous one is refused; otherwise one wrong late time would make all
+# following targets too early
+MAX_PAUSE_S = 3600.0
+MAX_SHOWN_CHARS = 60  # maximum number of characters of a wrong first line in a message; the file may contain anything
 
 
 class TimedTarget(Struct, frozen=True):
-    """A target at time t [s]; `line` is its number in the file."""
+    """A target of a stream, its time t [s], and the number of its line."""
 
     line: int
     t: float
@@ -51,7 +54,7 @@ class TimedTarget(Struct, frozen=True):
 
 
 class _Columns(Struct, frozen=True):
-    """The positions of the time and the target among the fields of a line, and the number of these fields."""
+    """The indexes of the time and of the target's values among the fields of a line, and the number of fields."""
 
     time: int
     target: tuple[int, ...]
@@ -73,9 +76,11 @@ def read_targets(
     units: JointUnits = TURNING,
     wrong: Callable[[FileDamaged], None] = _raised,
 ) -> Iterator[TimedTarget]:
-    """Yield the targets of a stream as they arrive. `relative`: times count from the first target. `wrong` is called
-    for each line that is not a target, and reading continues with the next line. In a `live` stream, a line is complete
-    when its line end has arrived. Raises FileDamaged for unknown names of columns."""
+    """Yield the targets of a stream as they arrive. `relative`: whether times count from the first target. `live`:
+    whether the stream is still being written, so that a line without its line end counts as wrong. `wrong`: called with
+    the error for each line that is no target; if it returns, reading continues with the next line. Raises FileDamaged
+    if the names of the columns are unknown.
+    """
     joints = tuple(f"jt{number}" for number in range(1, joint_count + 1))
     columns: _Columns | None = None
     times = _Times(relative)
@@ -103,14 +108,16 @@ def read_targets(
 
 
 class _Times:
-    """Checks that times increase. `relative`: times count from the first target."""
+    """Checks that the times of a stream increase. `relative`: whether times count from the first target."""
 
     def __init__(self, relative: bool) -> None:
         self._relative, self._first = relative, None if relative else 0.0
         self._last = -inf
 
     def next(self, t: float, where: str) -> float:
-        """Return the time of a target [s]. Raises FileDamaged."""
+        """Check the time t [s] of the next target, and return it, counted from the first target if `relative`. `where`:
+        file and line for errors. Raises FileDamaged.
+        """
         first = t if self._first is None else self._first
         if not 0.0 <= t - first <= LATEST:
             hint = "" if self._relative else "with --relative times count from the first"
@@ -146,7 +153,7 @@ def _number(text: str, where: str) -> float:
 
 
 def fields_of(line: str) -> list[str]:
-    """Return the fields of a line; no fields for a blank line or a comment (`;` or `#`)."""
+    """Split a line into its fields, without comments (`;` or `#`); return no fields for a blank line."""
     said = line.partition(";")[0].partition("#")[0].strip()
     return [field.strip() for field in said.split(",")] if said else []
 
@@ -161,12 +168,16 @@ ROW_FORM = "a row is (time [s], signal, state), such as (0.5, 1001, True)"
 
 
 def read_signals(path: str) -> Inputs:
-    """Read a file of signal changes. Raises NonexistentFile, and FileDamaged with every wrong line."""
+    """Read a file with changes of input signals. Raises NonexistentFile, and FileDamaged that lists every
+    wrong line.
+    """
     return parse_signals(text_at(path), path)
 
 
 def parse_signals(text: str, path: str = "signals", form: str = FORM) -> Inputs:
-    """Return the changes in a text. Raises FileDamaged with every wrong line."""
+    """Read changes of input signals from a text. `form`: the correct form of a line, for errors. Raises FileDamaged
+    that lists every wrong line.
+    """
     changes, wrong = list[InputChange](), list[str]()
     for number, line in enumerate(text.splitlines(), 1):
         fields = fields_of(line)
@@ -183,8 +194,9 @@ def parse_signals(text: str, path: str = "signals", form: str = FORM) -> Inputs:
 
 
 def listed_signals(rows: Iterable[tuple[float, int, bool]]) -> Inputs:
-    """Return the changes in a list of (time [s], signal, state). Raises FileDamaged with all mistakes, ValueError for a
-    list of another form."""
+    """Convert a list of (time [s], signal, state) to changes of input signals. Raises FileDamaged with all mistakes,
+    and ValueError if the list has another form.
+    """
     try:
         lines = [f"{plain(float(time))}, {signal}, {int(bool(state))}" for time, signal, state in rows]
     except (TypeError, ValueError):
@@ -193,7 +205,7 @@ def listed_signals(rows: Iterable[tuple[float, int, bool]]) -> Inputs:
 
 
 def _change(fields: list[str]) -> InputChange | str:
-    """Return the change described by a line, or the mistake in the line."""
+    """Return the signal change that a line describes, or a text that says what is wrong with the line."""
     if len(fields) != len(HEADING):
         return f"{count(len(fields), 'field')} where 3 are wanted"
     time, signal, state = fields

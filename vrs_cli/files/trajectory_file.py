@@ -1,6 +1,7 @@
-"""Write and read trajectory files (`.vrst`): JSON Lines, a header and then one line for each timeline delta. A journal
-(`files.journal`) appends lines. If the last line is incomplete, for example after a power failure, the reader
-recognises and omits it."""
+"""Write and read trajectory files (`.vrst`), in the format JSON Lines: a header, then one line for each timeline delta.
+A journal (`files.journal`) appends lines. If the last line is incomplete, for example after a power failure, the reader
+leaves it out.
+"""
 
 from __future__ import annotations
 
@@ -32,11 +33,11 @@ from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
 EXTENSION = ".vrst"
 REPAIR = "vrs replay --lenient plays what can be read of it"
-MAX_FAULTS = 20  # maximum number of faults in one message
+MAX_FAULTS = 20  # maximum number of faults that a message lists
 GUIDE = "a trajectory file is what SAVE or vrs run --save wrote"
 GUIDE_IN_PYTHON = "a trajectory file is what Robot.save or vrs run --save wrote"
 LINES_PER_PROGRESS = 512
-MAX_HEADER_BYTES = 1 << 24  # [B] maximum size of a header; the header of a robot has about 2000
+MAX_HEADER_BYTES = 1 << 24  # [B] maximum size of a header; that of a usual robot has about 2000 bytes
 
 
 def write_trajectory(
@@ -47,7 +48,9 @@ def write_trajectory(
     within: Folder = FREE,
     measured: MeasuredTimeline | None = None,
 ) -> None:
-    """Save a trajectory as a whole; if that fails, the previous file is unchanged. Raises FileError."""
+    """Write a trajectory to a file completely; if that fails, an existing file stays unchanged. `measured`: reports of
+    the real arm to include. Raises FileError.
+    """
     with atomically(path, within) as stream:
         stream.writelines(trajectory_lines(model, initial, deltas, measured))
 
@@ -59,7 +62,9 @@ def trajectory_lines(
     measured: MeasuredTimeline | None = None,
     lines: wire.LineEncoder | None = None,
 ) -> Iterator[bytes]:
-    """Yield the lines of a trajectory file: the header, the deltas, and the reports. `lines` encodes them."""
+    """Yield the encoded lines of a trajectory file: the header, the deltas, and the reports of the real arm. `lines`:
+    the encoder to use, which the caller can use for further lines.
+    """
     lines = lines or wire.LineEncoder()
     yield lines.header(model, initial)
     yield from map(lines.delta, deltas)
@@ -71,13 +76,14 @@ def trajectory_lines(
 
 
 class Recording(Struct, frozen=True):
-    """A trajectory file that has been read: `timeline` is tau after all `deltas`, `initial` is tau[0]. `older_hand`:
-    motions of the file open the hand, and no delta after them has events. `warnings`: the faults of an older file, or
-    of one that is read leniently, with their lines. `dropped_tail`: an incomplete last line was omitted. `size`: the
-    size of all other lines [B]; `checksum`: the checksum of the last of these lines, None if the file has no checksums;
-    both are needed to continue the file. `lines`: the line numbers of the deltas; `places`: the file position of the
-    line of each PART-th delta. `laws`: the version of the motion laws of the vrs that began the file; motions stay as
-    they were planned. `measured`: the reports in the file."""
+    """The content of a trajectory file. `initial`: the timeline before all `deltas`; `timeline`: the timeline after
+    them. `older_hand`: whether motions of the file open the hand (as in older files) and no delta after them has
+    events. `warnings`: faults with their lines, in an older file or one that is read leniently. `dropped_tail`: whether
+    an incomplete last line was left out. `size`: the size of all other lines [B]; `checksum`: the checksum of the last
+    of them, None if the file has no checksums; both are needed to continue the file. `lines`: the line number of each
+    delta; `places`: the file position of every PART-th delta. `laws`: the version of the motion laws of the vrs that
+    began the file; motions are kept as they were planned then. `measured`: the reports of the real arm in the file.
+    """
 
     arm: RobotArm
     timeline: Timeline
@@ -102,10 +108,10 @@ class Recording(Struct, frozen=True):
 def read_trajectory(
     path: str | Path, progress: Callable[[float], None] | None = None, *, lenient: bool = False, within: Folder = FREE
 ) -> Recording:
-    """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line. A trajectory
-    must obey the laws of motion; if a trajectory from an older file without checksums does not, the recording has
-    warnings. `lenient`: read as much as possible of a damaged file, with warnings. `progress` is called with the
-    fraction of the file that has been read, from 0 to 1.
+    """Read a trajectory file, and check that its motion is continuous and within the limits. If it is not, raise
+    FileDamaged; for an older file without checksums, add warnings to the recording instead. `lenient`: read as much as
+    possible of a damaged file, with warnings. `progress`: called with the fraction of the file that has been read, from
+    0 to 1. Raises NonexistentFile, FileError, and FileDamaged with the line number.
     """
     file = Path(path)
     try:
@@ -125,7 +131,7 @@ def read_trajectory(
 
 
 class _Reader:
-    """Collects the content of a file line by line."""
+    """Collects the content of a trajectory file line by line."""
 
     def __init__(self, path: Path, first: bytes, lenient: bool) -> None:
         self._path, self._lenient, self._faults = path, lenient, list[Fault]()
@@ -149,8 +155,9 @@ class _Reader:
         self._timeline = LoadedTimeline(self._begin)
 
     def take(self, number: int, line: bytes, place: int) -> bool:
-        """Read the next line, which begins at file position `place`. Return False if this line and all later ones must
-        be ignored. Raises FileDamaged."""
+        """Read the next line, with this line number, which begins at the file position `place`. Return False if this
+        line and all later lines must be ignored. Raises FileDamaged.
+        """
         try:
             record = self._open_line(number, line)
             if not wire.has_delta(record):
@@ -180,7 +187,9 @@ class _Reader:
             return self._checksums.skip(line)
 
     def recording(self, lines: _Lines) -> Recording:
-        """Check that the whole file obeys the laws of motion, and return its recording. Raises FileDamaged."""
+        """Check that the motion of the whole file is continuous and within the limits, and return the recording. Raises
+        FileDamaged.
+        """
         sealed = self._checksums.last is not None and not self._lenient
         timeline = self._timeline.timeline()
         for fault in islice(faults(self._arm, timeline, self._deltas, self._numbers), MAX_FAULTS):
@@ -205,8 +214,9 @@ class _Reader:
 
 
 class _Lines:
-    """The complete lines of a file. `whole`: the number of their bytes so far. `torn`: the last line has no line end
-    and is not a complete record, and was omitted."""
+    """Reads the complete lines of a file. `whole`: the size of the lines read so far [B]. `torn`: whether the last line
+    was left out because it has no line end and is no complete record.
+    """
 
     def __init__(self, stream: BinaryIO, progress: Callable[[float], None] | None) -> None:
         self._stream, self._progress = stream, progress
@@ -214,7 +224,9 @@ class _Lines:
         self.whole, self.torn = 0, False
 
     def first(self, path: Path) -> bytes:
-        """Return the header. Raises FileDamaged for a file of another kind, without reading all of it."""
+        """Read and return the first line, the header. Raises FileDamaged if the file is of another kind; a large file
+        is then not read completely.
+        """
         line = self._stream.readline(MAX_HEADER_BYTES)
         if len(line) == MAX_HEADER_BYTES:
             raise _no_header(path)
