@@ -166,7 +166,7 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
             return None
 
     def drop_copies(self) -> None:
-        """Remove the copies that the run has not changed."""
+        """Remove the copied files that the run has not changed, and folders that are then empty."""
         for path, copied in self._named.items():
             if copied is None or not path.is_file():
                 continue

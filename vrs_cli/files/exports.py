@@ -99,7 +99,7 @@ def table(places: position.PlaceArrays, units: JointUnits) -> Floats:
     """
     T = places.T_world_tool
     columns = (shown_joints(places.joints, units), T[:, :, 3] * 1000.0, np.degrees(to_oat_batch(T)))
-    shown = np.round(np.hstack(columns), DECIMALS) + 0.0  # turn -0 into 0
+    shown = np.round(np.hstack(columns), DECIMALS) + 0.0  # adding 0.0 turns -0.0 into 0.0
     return np.hstack((places.times[:, None], shown))
 
 

@@ -321,7 +321,7 @@ class Journal:
                 self._file.cut(before.size)
 
     def close(self) -> None:
-        """Sync and release the file. A second call has no effect."""
+        """Write everything that is left, sync the file, and release it. A second call has no effect."""
         if self._closed:
             return
         self._closed = True
@@ -471,7 +471,7 @@ def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookm
 
 
 def check_robot(path: str | Path, model: RobotModel, engine: Engine) -> None:
-    """Raise UsageError if a file was written for a robot other than the engine's."""
+    """Check that a file was written for the engine's robot. Raises UsageError."""
     ours = engine.model
     # robots that differ only in their shapes count as equal
     theirs = model._replace(shapes=ours.shapes, collision=ours.collision)

@@ -30,7 +30,8 @@ MAX_PIECE_POINTS = 4000  # maximum number of points of a convex piece
 COLOUR_KINDS = (".mtl", ".png", ".jpg", ".jpeg", ".tga", ".bmp")  # suffixes of files with materials and textures
 MAX_TEXTURE_BYTES, MAX_PIXELS = 20_000_000, 20_000_000
 CREASE = 0.6  # [rad] an edge between faces at a larger angle counts as sharp
-DENT = 1e-3  # a piece counts as convex if no face is deeper inside its hull, as a fraction of the piece's size
+# a piece counts as convex if its faces are at most this deep inside its hull, as a fraction of the piece's size
+DENT = 1e-3
 FLAT = 1e-6  # a piece that is thinner than this fraction of its size counts as flat
 
 

@@ -37,7 +37,7 @@ from vrs_cli.version import __version__
 
 CHUNK = 8192  # maximum number of samples that are computed at a time, to limit memory
 NANOSECONDS = 1_000_000_000  # number of nanoseconds in a second
-Times = NDArray[np.int64]  # [ns]
+Times = NDArray[np.int64]  # times (N,) [ns]
 Bytes = NDArray[np.uint8]
 
 

@@ -55,7 +55,7 @@ class Layout(Struct, frozen=True):
 
     @classmethod
     def of(cls, file: File) -> Self:
-        """Return the layout of one file."""
+        """Collect the comments and blank lines of one parsed file, and return them as a layout."""
         parts, entries, ends = (
             dict[str, tuple[Loose, ...]](),
             dict[EntryKey, EntryComments](),

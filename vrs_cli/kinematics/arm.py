@@ -133,7 +133,7 @@ class RobotArm:
         self.turning = tuple(link.kind is JointKind.REVOLUTE for link in model.links)
 
     @cached_property
-    def forward(self) -> Callable[[Joints], Transform]:  # a stored function, because it is called often
+    def forward(self) -> Callable[[Joints], Transform]:  # a function in an attribute is faster than a method
         """Return a function that computes T_base_flange from joints."""
         return cast(Callable[[Joints], Transform], self._formulas.forward)
 
@@ -177,7 +177,7 @@ class RobotArm:
 
     @cached_property
     def limits_ok(self) -> Callable[[Joints], bool]:
-        """Return a function that returns whether every joint is inside its limits."""
+        """Return a function that checks whether every joint is inside its limits."""
         tests = [f"{low!r} <= q{i} <= {high!r}" for i, (low, high) in enumerate(self._nearly_limits)]
         lines = [f"{comma_list(f'q{i}' for i in range(len(tests)))} = q", f"return {' and '.join(tests)}"]
         return written("limits_ok(q)", lines, {"inf": inf})
@@ -269,7 +269,7 @@ class RobotArm:
 
     @cached_property
     def length(self) -> float:
-        """Return the distance [m] of the flange from the axis of joint 1 if all links were in one line."""
+        """Return the distance [m] that the flange would have from the axis of joint 1 if all links were in one line."""
         return levers(self.model)[1][0]
 
     @cached_property

@@ -88,7 +88,9 @@ def capsules(model: RobotModel) -> tuple[LinkShape, ...]:
 
 
 def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkShape]:
-    """Return the hub of joint i (counted from 1) and the bar to the next joint or to the flange."""
+    """Return the shapes of link i (counted from 1): the hub at its joint, and the bar to the next joint or to the
+    flange.
+    """
     link = model.links[i - 1]
     slides = link.kind is JointKind.PRISMATIC
     upper = model.upper[i - 1]

@@ -43,7 +43,7 @@ class Formulas(Struct, frozen=True):
 
 @cache
 def formulas(links: tuple[Link, ...], base: Transform, flange: Transform, *, arrays: bool = False) -> Formulas:
-    """Return the functions of an arm. They take one float for each joint, or with `arrays` one array."""
+    """Generate and compile the functions of an arm. They take one float for each joint, or with `arrays` one array."""
     names: dict[str, Any] = {**_angles(arrays), "T": Transform, "new": tuple.__new__}
     if arrays:
         names["new"] = lambda _, entries: entries
@@ -73,7 +73,9 @@ class Biases(Struct, frozen=True):
 
 @cache
 def biases(links: tuple[Link, ...], base: Transform, flange: Transform, *, arrays: bool = False) -> Biases:
-    """Return the bias functions of an arm. They take one float for each joint, or with `arrays` one array."""
+    """Generate and compile the bias functions of an arm. They take one float for each joint, or with `arrays` one
+    array.
+    """
     names = _angles(arrays)
     for jerk in (False, True):
         exec(compile(Writer(links, base, flange).bias_text(jerk=jerk), "<kinematics>", "exec"), names)
@@ -152,7 +154,8 @@ class Writer:
                 w2 = self.mix((1.0, w2), (rate, z2), (self.sum([(2.0, change)]), z1))
                 w1 = self.mix((1.0, w1), (rate, z1), (change, z))
                 w = self.mix((1.0, w), (rate, z))
-            p = self.mix(*step)  # vector to the next point, which turns with the frame
+            # vector from this frame's origin to the next (or to the tip), which turns with the frame
+            p = self.mix(*step)
             p1 = self.cross(w, p)
             if jerk:
                 p2 = self.add_crosses(STILL, (w1, p), (w, p1))

@@ -62,7 +62,8 @@ class DataReader(Struct, frozen=True):
         return data
 
     def number(self, value: object, key: str, quantity: Quantity) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or value != value:  # NaN
+        # only NaN differs from itself
+        if isinstance(value, bool) or not isinstance(value, int | float) or value != value:
             raise self.wrong(key, f"{brief(value)} is not a number", f"give a number{self.in_unit(quantity)}")
         if not abs(value) < HUGE:
             raise self.wrong(

@@ -265,7 +265,7 @@ class Configuration(ArmWords, frozen=True, kw_only=True):
     @staticmethod
     @cache
     def of(arm: Arm | None = None, elbow: Elbow | None = None, wrist: Wrist | None = None) -> Configuration:
-        """Return the configuration with these words."""
+        """Return the configuration with these words; the same words always give the same object."""
         first, second, third = (1.0 if flag is None else float(flag.value) for flag in (arm, elbow, wrist))
         signs = (first, second, third)
         index = sum(w for w, sign in zip((ARM, ELBOW, WRIST), signs, strict=True) if sign < 0)
@@ -273,7 +273,7 @@ class Configuration(ArmWords, frozen=True, kw_only=True):
 
     @property
     def other_wrist(self) -> Configuration:
-        """Return the configuration with the other wrist."""
+        """Return the configuration with FLIP in place of NOFLIP, or the reverse."""
         return Configuration.of(self.arm, self.elbow, Wrist.FLIP if self.wrist is Wrist.NOFLIP else Wrist.NOFLIP)
 
     def with_flag(self, flag: Flag) -> Configuration:

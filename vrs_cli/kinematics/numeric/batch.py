@@ -269,7 +269,7 @@ class Gaps(NamedTuple):
     way: Cubic  # cubics through the joints and rates at both samples (k, n) [rad, m]
     place: Floats  # (k,) bounds of the fourth derivative of the desired position [m]
     turn: Floats  # (k, 4) bounds of the first four derivatives of the desired rotation's angles, added up [rad]
-    guide: Floats  # (k,) bounds of the fourth derivative of the guides
+    guide: Floats  # (k,) bounds of the fourth derivative of the guides' values
     weights: Floats  # (r, n) weights of the joints in r guides (prescribed sums)
 
     def some(self, which: Rows) -> Gaps:

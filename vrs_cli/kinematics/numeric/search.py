@@ -250,9 +250,9 @@ class _StepWriter(compiled.Writer):
 LEVER = 0.1  # fraction of the arm's length; an angle [rad] times this length is compared with distances [m]
 SLIGHT = 0.05  # factor of LEVER for the task STEADY, so that the position matters more than the orientation
 NEAREST_STEPS = 6  # maximum number of steps of `Aim.nearest`
-CLOSE = 1e-18  # [m2] a smaller squared error counts as 0
+CLOSE = 1e-18  # [m2] `Aim.nearest` ends if the squared error is smaller
 NEAREST_DAMPING = 0.05  # damping in `Aim.nearest`, as a fraction of the squared error
-MIN_DAMPING_M2, MAX_DAMPING_M2 = 1e-9, 5e-4  # [m2] minimum and maximum damping
+MIN_DAMPING_M2, MAX_DAMPING_M2 = 1e-9, 5e-4  # [m2] minimum and maximum damping in `Aim.nearest`
 # weight of a distance beyond the border to the other side of axis 1, relative to a distance from the pose
 HEAVY = 100.0
 DIFFERENCE = 1e-7  # [rad, m] change of a joint with which `Side.slope` computes difference quotients

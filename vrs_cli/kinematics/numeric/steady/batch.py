@@ -348,7 +348,8 @@ def _least_on_sides(ways: Floats, slope: Floats, bend: Floats, ends: Floats) -> 
     bound.
     """
     size = (ways * ways).sum(axis=2)
-    foot = (ways / np.where(size > FLAT, size, np.nan)[:, :, None])[:, :, None] * ends[..., None]  # (N, n, 2, 2)
+    # the point nearest to z = 0 on the line of each side (N, n, 2, 2)
+    foot = (ways / np.where(size > FLAT, size, np.nan)[:, :, None])[:, :, None] * ends[..., None]
     along = np.stack((-ways[:, :, 1], ways[:, :, 0]), axis=2)
     bent = along @ bend
     curve = (bent * along).sum(axis=2)

@@ -318,8 +318,10 @@ class PlanarStarts:
         if far < 1e-6:  # [m] the tip counts as on axis 1 below this distance
             return None
         part = (self.beside + self.normal @ (self.shoulder - self.point - self.axis * (self.axis @ out))) / far
-        reached = np.abs(part) * far < far + self.slack  # (rolls,)
-        q1 = np.arctan2(b, a) + np.arccos(np.clip(part, -1.0, 1.0))[:, None] * (1.0, -1.0)  # (rolls, 2)
+        # for which angles of the last joint (rolls,) joint 1 has a solution
+        reached = np.abs(part) * far < far + self.slack
+        # two solutions of joint 1 for each (rolls, 2)
+        q1 = np.arctan2(b, a) + np.arccos(np.clip(part, -1.0, 1.0))[:, None] * (1.0, -1.0)
         turned_back = np.cos(q1)[..., None] * outward - np.sin(q1)[..., None] * sideways
         place = (turned_back + self.axis * (self.axis @ out) + self.point - self.shoulder) @ self.plane
         angles, apart = self._in_plane(place)
