@@ -55,8 +55,8 @@ class Course(Struct, frozen=True):
     measured: MeasuredTimeline
 
     def motions(self) -> dict[int, Motion]:
-        """Return the motions by number that the lines since the last multiple of PART changes describe; later lines
-        refer to them by number.
+        """Return, by number, the motions described in the lines since the last multiple of PART changes; the next lines
+        may refer to these motions by number.
         """
         known = {} if self.deltas else {segment.motion.number: segment.motion for segment in self.initial}
         for delta in self.deltas[len(self.deltas) // PART * PART :]:

@@ -17,7 +17,8 @@ from vrs_cli.kinematics.transform import Z, along, inverse, position, rotate, tr
 SHAPES = ROBOTS / "shapes"  # shapes of built-in robots, in separate files because programs run without them
 ORIGIN = (0.0, 0.0, 0.0)
 THICK, THIN = 0.055, 0.03  # radii of the capsules of the first link and of the last, as fractions of the arm's reach
-UPRIGHT = 0.9  # minimum cosine of the angle between the first axis and the vertical for an arm on a pedestal
+# if the cosine of the angle between axis 1 and the vertical is smaller, a block is drawn in place of a pedestal
+UPRIGHT = 0.9
 SHORT = 1e-6  # [m] parts of links shorter than this are not drawn
 
 

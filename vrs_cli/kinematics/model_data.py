@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.link_data import LinkMasses, LinkShape
 
 NOTHING = 1e-6  # a mean volume (see `_mean`; 1 for perpendicular rows) below this means that the arm lacks a motion
-WELL = 0.1  # minimum mean volume at which the joints can make the motions of a task well
+# minimum mean volume at which an arm of five joints gets the task POINTING: its joints make these motions well
+WELL = 0.1
 
 SAID = {  # the part of a location that counts for each task, explained to users
     ArmTask.STEADY: "its place counts, and the tool is turned as nearly as they can",

@@ -227,7 +227,7 @@ LENGTH = 0.4  # unit of length in proofs, as a fraction of the longest lever; pr
 MAX_KANTOROVICH = 0.5  # maximum beta L eta (see above) at which the theorem of Kantorovich is valid
 LOST = 0.9  # maximum |1 - A F'| that a proof accepts; F' is certain to have an inverse if this norm is below 1
 HERMITE = 1.0 / 384.0  # maximum interpolation error of the cubic, as a fraction of the fourth derivative
-# maximum error of the cubic caused by errors of its slopes at the ends, as a fraction of these errors
+# maximum error of the cubic caused by errors of its slopes at both ends, as a fraction of these errors
 SLOPES = 8.0 / 27.0
 
 
