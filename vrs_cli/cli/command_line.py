@@ -242,8 +242,8 @@ SCRIPT_WAIT_S = 60.0  # [s] maximum time that a program waits for input from a r
 
 
 def chosen_outside(options: argparse.Namespace) -> Outside:
-    """Return the devices that programs may attach, as the options in `commands.UNITS` say. With real devices, set
-    `options.realtime`. Raises CommandLineError, FileError.
+    """Return the devices that programs may attach, as specified by the options in `commands.UNITS`. If real devices are
+    allowed, run in real time: set `options.realtime` unless it is given. Raises CommandLineError, FileError.
     """
     live = options.allow_net or options.serial
     sandbox, repeats = getattr(options, "sandbox", None) is not None, options.replay_units is not None

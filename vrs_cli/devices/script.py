@@ -35,8 +35,8 @@ FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotRe
 
 class UnitLine(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True, rename={"within": "in"}):
     """A line of a script: an event on a device. It happens at `time` by the robot's clock [s], or `within` seconds
-    after the previous line, or after the program has written the text `after`. `data`: bytes as the characters with
-    these codes.
+    after the previous line, or after the program has written the text `after`. `data`: the bytes as a string, one
+    character per byte (Latin-1).
     """
 
     time: float | None = None
@@ -182,7 +182,7 @@ def _on_grid(line: UnitLine) -> UnitLine:
 
 
 def _bytes(text: str) -> bytes:
-    """Return the bytes with the codes of the characters. Raises ValueError for codes above 255."""
+    """Return one byte for each character (Latin-1). Raises ValueError for a character with a code above 255."""
     try:
         return text.encode("latin-1")
     except UnicodeEncodeError:

@@ -62,7 +62,7 @@ class ToolLine(NamedTuple):
 
     def split_at(self, t: float, tip: Vector) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
         """Split the line at a time [s]: return the points up to `tip`, the position of the tip at that time, and the
-        points from `tip` on.
+        points that start with `tip`.
         """
         count = self.count_passed(t)
         return (*self.points[:count], tip), (tip, *self.points[count:])

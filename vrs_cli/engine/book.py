@@ -309,7 +309,7 @@ class Book:
         return undone[-1].clock
 
     def keep_short(self, window: MemoryWindow) -> None:
-        """Keep only the latest part of the book in memory from now on."""
+        """After this call, keep only the latest part of the book in memory."""
         self.timeline, self.window = self.timeline.in_rows(ROW_LENGTH), window
         for _ in list(self.timeline.parts()):
             self._let_go(())

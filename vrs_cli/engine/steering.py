@@ -126,8 +126,8 @@ class Chunk:
             self._slopes = np.gradient(self.joints, self.times, axis=0)
 
     def since(self, now: float) -> tuple[float, int]:
-        """Return the start time of the chunk [s] if it is followed from `now` on, and the number of samples that are
-        then too late. Raises TooLate if all samples are too late.
+        """Return the start time of the chunk [s] if the robot begins to follow it at time `now` [s], and the number of
+        samples that are then too late. Raises TooLate if all samples are too late.
         """
         late = bisect_left(self.times.tolist(), now)
         if late == len(self.times):

@@ -234,7 +234,8 @@ class Journal:
         """Sync all written lines. If the sync fails, write all events to a new file."""
         if not self.unsettled:
             return
-        # set first: a later sync may succeed although this one has failed, so do not trust the file until it succeeds
+        # set before syncing: if this sync fails, a later one may still report success, so the file is doubtful until
+        # this sync has succeeded
         self._doubtful = True
         try:
             with writing(self.path):

@@ -225,7 +225,7 @@ class _Log:
     ) -> None:
         """Write a chunk with the samples at times `ns` (N,), encoded as `rows` (N, k) of bytes, and with the other
         messages `between`, each with the index of the sample before which it is written. `starts`: for each channel the
-        position in a row where its message starts.
+        column of `rows` at which its message starts.
         """
         size, before = rows.shape[1], [row for row, _ in between]
         records = [_record(self.channels[message.topic], message) for _, message in between]
@@ -298,8 +298,7 @@ def _record(channel: int, message: LogMessage) -> bytes:
 
 class _Samples:
     """Encodes the messages of each sample as one row of bytes. Rows differ only in their times and in numbers of type
-    double, so arrays of them are encoded together. `starts`: for each channel the position in a row where its message
-    starts.
+    double, so arrays of them are encoded together. `starts`: for each channel the column at which its message starts.
     """
 
     def __init__(self, model: RobotModel, channels: Mapping[str, int]) -> None:

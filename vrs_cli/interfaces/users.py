@@ -100,7 +100,7 @@ USUAL_LENGTH = 10.0  # [s] by default the lease is secure for this time after a 
 
 
 class Granted(results.TaggedValue, frozen=True):
-    """Notice: the user `to` drives from now on."""
+    """Notice: the user `to` is now the driver."""
 
     to: str
 

@@ -28,8 +28,8 @@ NOTHING = 1e-15  # smaller entries count as 0: they are rounding errors of the s
 
 
 class Formulas(Struct, frozen=True):
-    """The generated functions of one arm. Entries of their results that do not depend on q are plain numbers, also if q
-    has arrays.
+    """The generated functions of one arm. Entries of their results that do not depend on q are plain numbers, even if q
+    contains arrays.
 
     `forward(q)` returns the twelve entries of T_base_flange, row by row. `jacobian(q, tx, ty, tz)` returns six rows of
     n entries, for the point (tx, ty, tz) in the frame of the flange. `both(q)` returns the pose, and the Jacobian of

@@ -1,4 +1,4 @@
-"""Try viewers and controllers on a robot behind a line with delays, in virtual time.
+"""Try viewers and controllers on a robot with a delayed connection, in virtual time.
 
 A controller makes the robot follow a moving goal: it sends set points, which arrive after the forward delay D_f, and
 the robot follows them within its limits. The robot sends frames with its joint positions, and each change of its
@@ -214,8 +214,8 @@ class _Bench(Simulation):
         return found
 
     def _viewer_joints(self, viewer: Guarded, true: Floats, first: int) -> Floats:
-        """Return the joint positions that a viewer shows at each sample from index `first` on, (N, n) [rad; m]. `true`:
-        the joint positions in the frames."""
+        """Return the joint positions that a viewer shows at sample `first` and each later sample, (N, n) [rad; m].
+        `true`: the joint positions in the frames."""
         seen, received = np.zeros((len(self.looks) - first, true.shape[1])), 0
         for k in range(first, len(self.looks)):
             t = float(self.looks[k])

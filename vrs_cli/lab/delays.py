@@ -1,7 +1,7 @@
 """Simulate how delays affect a remote operator and viewers, in virtual time.
 
-An operator commands joint-interpolated motions over a line with delays in both directions; each command is issued a
-time `lead` before its motion starts. The simulation uses the code of a real connection: the line, the mirror (the
+An operator commands joint-interpolated motions over a connection with delays in both directions; each command is issued
+a time `lead` before its motion starts. The simulation uses the code of a real connection: the line, the mirror (the
 viewer's copy of the timeline), the preview of commands that have not arrived, the flags (times at which the viewer's
 copy was wrong), and the measured delays. D_f is the delay from operator to robot (forward), D_b from robot to viewer
 (backward).
@@ -152,7 +152,7 @@ class Change(NamedTuple):
 
 
 class Simulation:
-    """A robot behind a line with delays, in virtual time, with a queue of scheduled events.
+    """A robot with a delayed connection, in virtual time, with a queue of scheduled events.
 
     `_now`: the virtual wall clock of both sides [s]. `delay`: half of the measured median round trip [s]. `looks`: the
     times of the samples [s]. `arrived`: the arrival times of frames sent at the times of the samples [s]. `degrees`:

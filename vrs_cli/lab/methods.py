@@ -58,8 +58,8 @@ class Predictor:
 
 
 class RemoteController:
-    """A controller, which makes a robot behind a delay follow a moving goal. `robot`: the model of the arm; `delay`:
-    half of the measured median round trip [s]."""
+    """A controller that makes a robot follow a moving goal over a delayed connection. `robot`: the model of the arm;
+    `delay`: half of the measured median round trip [s]."""
 
     def __init__(self, robot: RobotModel, delay: float) -> None:
         self.robot, self.delay = robot, delay

@@ -1,6 +1,6 @@
 """Plan and evaluate a user study: determine the order of trials and the end of each trial, and write the results.
 
-Participants drive a robot behind a line with delays. Each participant drives under all conditions (delays), in an order
+Participants drive a robot over a delayed connection. Each participant drives under all conditions (delays), in an order
 that differs between participants. This module has no connections and does not wait: its callers report the position of
 the tool to `Judge`. `DryRun` is a scripted participant in virtual time.
 """

@@ -262,7 +262,7 @@ class Broadcast:
         self._catch_up(listener)
 
     def _hear(self, listener: Listener, listening: streams.Listening | None) -> None:
-        """Set the form in which a listener receives changes from now on; None: no changes."""
+        """Set the form in which a listener receives all further changes; None: no changes."""
         if listener.listening is not None:
             self.stream.end(listener.listening.form)
         if listening is not None:

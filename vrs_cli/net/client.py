@@ -173,13 +173,13 @@ class Client:
 
     def begin(self, make: Callable[[int], messages.Request], outlet: Callable[[messages.ServerMessage], None]) -> int:
         """Send a request; return its id. The outlet receives all answers; the last one ends the request. Raises
-        RequestRefused without a connection."""
+        RequestRefused if there is no connection."""
         id = self.far.ask(make, outlet)
         self._woken.set()
         return id
 
     def send(self, message: messages.ClientMessage) -> None:
-        """Send a message that has no answer. Raises RequestRefused without a connection."""
+        """Send a message that has no answer. Raises RequestRefused if there is no connection."""
         self.far.send(message)
         self._woken.set()
 

@@ -95,8 +95,8 @@ class Known(Struct, frozen=True):
     touches: tuple[ContactSpan, ...] = ()
 
     def cut(self, since: float, now: float) -> Known:
-        """Return the section, keeping only contacts that are still valid after a change from `since` on [s]. If none
-        are valid, the search starts again shortly before `now` [s]."""
+        """Return the section, keeping only the contacts before `since` [s], the time from which a change replaces the
+        timeline. If none are left, the search starts again shortly before `now` [s]."""
         if since > self.low:
             return replace(self, high=min(self.high, since), touches=tuple(clip_contacts(self.touches, -inf, since)))
         first = max(self.course.begins, min(now, self.course.timeline.last) - BEFORE_NOW)
@@ -233,8 +233,8 @@ class CourseTeller:
                 self._changed.notify()
 
     def tick(self) -> None:
-        """Continue the computation when the robot's clock nears the end of the known section. Call this method several
-        times a second."""
+        """Compute more of the course (the states of the parts over time) when the robot's clock nears the end of what
+        has been computed. Call this method several times a second."""
         if self._wants_more():
             with self._changed:
                 self._changed.notify()
@@ -355,8 +355,8 @@ def course_part(course: WorldCourse, begin: float, end: float) -> tuple[CourseRo
 
 class WholeCourse(Struct, frozen=True):
     """The course of a saved trajectory, as in the messages `course` and `contacts`. `touches`: the contacts; None if
-    the timeline is longer than MAX_LOOKED or MuJoCo is missing. `until`: the end of the known course [s]; None: known
-    for ever.
+    the timeline is longer than MAX_LOOKED or MuJoCo is missing. `until`: the end of the known course [s]; None: it is
+    known without end.
     """
 
     rows: CourseRows

@@ -154,7 +154,7 @@ class FarEnd:
 
     def ask(self, make: Callable[[int], messages.Request], outlet: Outlet) -> int:
         """Send the request that `make` returns for an id; return the id. The outlet receives all answers to the
-        request; the last one ends it. Raises RequestRefused without a connection."""
+        request; the last one ends it. Raises RequestRefused if there is no connection."""
         request = self.with_issue_time(make(self.connection.next_id()))
         self.send(request)
         self._outlets[request.id] = outlet
@@ -186,7 +186,8 @@ class FarEnd:
                 self.preview.send(request.id, None, self.now, text)
 
     def send(self, message: messages.ClientMessage) -> None:
-        """Send a message. Raises RequestRefused without a connection; the message is then not sent later either."""
+        """Send a message. Raises RequestRefused if there is no connection; the message is then not sent later
+        either."""
         match message:
             case messages.Put() | messages.At(act=Define()):
                 pass  # a long file may take any time to arrive
@@ -347,7 +348,7 @@ class FarEnd:
             self._flag(parting(before, self.mirror.timeline))
 
     def _flag(self, cut: float) -> None:
-        """Flag the times that were shown wrongly before a change arrived; `cut`: the time from which on the change
+        """Flag the times that were shown wrongly before a change arrived; `cut`: the time from which the change
         replaces the timeline [s]. In real time a change never replaces the past."""
         if self._is_live and not self.near:
             self.flags.forget(self.now - REMEMBERED)

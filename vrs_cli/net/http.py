@@ -475,5 +475,6 @@ def token_of(headers: Headers, port: int = 0) -> str:
     found: Mapping[str, str] = {}
     if port:
         pairs = (one.strip().partition("=") for one in ";".join(headers.get_all("Cookie")).split(";"))
-        found = {name: value for name, _, value in reversed([*pairs])}  # of equal names keep the first: longest path
+        # if cookies share a name, keep the first: the one with the longest path
+        found = {name: value for name, _, value in reversed([*pairs])}
     return unquote(found.get(cookie_name(port), ""))

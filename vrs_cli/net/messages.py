@@ -426,9 +426,9 @@ class Replaced(Change, frozen=True):
 
 
 class Course(ServerMessage, frozen=True):
-    """The state of the cell over time (parts, signals, sensors) from `since` on [s]; absent: from the start. The rows
-    replace all known rows, in every list, that begin at `since` or later. The state is known up to `until` [s]; absent:
-    for ever."""
+    """The state of the cell over time (parts, signals, sensors), starting at time `since` [s] (absent: at the start).
+    The rows replace all known rows, in every list, that begin at `since` or later. The state is known up to `until`
+    [s]; absent: without end."""
 
     rows: CourseRows
     since: float | None = None
@@ -436,8 +436,8 @@ class Course(ServerMessage, frozen=True):
 
 
 class Contacts(ServerMessage, frozen=True):
-    """The contacts between `since` and `until` [s] (absent: for ever). They replace all contacts known before for this
-    interval."""
+    """The contacts between `since` and `until` [s] (absent: without end). They replace all contacts known before for
+    this interval."""
 
     touches: tuple[ContactSpan, ...]
     since: float
@@ -452,7 +452,7 @@ class Missed(ServerMessage, frozen=True):
 
 class Sample(ServerMessage, frozen=True):
     """The joints at time `t` [s] according to timeline `version`; `clock`: the robot's clock at sending [s]. `wrong`: a
-    command has changed the timeline from this time on [s], so samples already sent for later times are wrong.
+    command has changed the timeline after this time [s], so samples already sent for later times are wrong.
     """
 
     t: float

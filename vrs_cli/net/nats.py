@@ -99,7 +99,7 @@ class Publisher:
     async def open(self) -> None:
         """Connect. Raises RequestRefused if NATS does not answer, or has no JetStream."""
 
-        def begin_anew() -> None:  # NATS has lost messages, and perhaps its streams
+        def begin_anew() -> None:  # called when NATS is connected again: messages were lost, and perhaps the streams
             for robot in self._robots.values():
                 robot.lost = True
                 robot.woken.set()

@@ -103,8 +103,8 @@ def recorded_page(
     between: tuple[float, float] | None = None,
     picture: int = 0,
 ) -> dict[str, Any]:
-    """Return a timeline for the page as JSON values, with all meshes, the named targets of motions, and the states over
-    time of the parts in the `cell`.
+    """Return the data of a page that shows a recording of a timeline, as JSON values, with all meshes, the named
+    targets of motions, and the states over time of the parts in the `cell`.
 
     `rate`: the initial playback rate. `between`: show only the motions between these two times [s]. `picture`: if not
     0, show only the 3-D picture, for photographs, in this quality (1 is the finest).
@@ -113,7 +113,8 @@ def recorded_page(
 
 
 def robot(arm: RobotArm) -> dict[str, Any]:
-    """Return the robot model with all meshes: the fields of a recorded page that are the same for all timelines."""
+    """Return the robot model with all meshes: those fields of a page that shows a recording which are the same for all
+    timelines."""
     shapes = ServedShapes("", arm.model, shows_paths=False)
     model = to_dict(arm.model)
     model.pop("collision", None)  # contains paths of this machine
@@ -130,7 +131,8 @@ def moments(
     between: tuple[float, float] | None = None,
     picture: int = 0,
 ) -> dict[str, Any]:
-    """Return the fields of a recorded page that depend on the timeline: all except those of `robot`."""
+    """Return those fields of a page that shows a recording which depend on the timeline: all except the fields that
+    `robot` returns."""
     snapshot = Snapshot.of(timeline, Settings())
     if between is not None:
         first, last = (timeline.index_at(t) for t in between)

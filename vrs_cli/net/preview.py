@@ -1,11 +1,11 @@
-"""Predict the motion of a robot behind a slow line, and keep the times for which viewers saw a wrong motion. Pure.
+"""Predict the motion of a robot over a slow connection, and keep the times for which viewers saw a wrong motion. Pure.
 
 While a command is on its way, the user's side plans it as the robot will: it applies f (the planner) to the same
 timeline, at the expected time of arrival. The planned change is unconfirmed until the robot's own change has arrived. A
 viewer shows g (the position at a time of the timeline) at the present, or `ahead` of it.
 
 A change of the timeline becomes known here some time after the robot has applied it. During this delay, viewers see a
-wrong motion for all times after the cut (the time from which on the change replaces the timeline). `Flags` keeps these
+wrong motion for all times after the cut (the time from which the change replaces the timeline). `Flags` keeps these
 times.
 """
 
@@ -266,8 +266,9 @@ class Flags:
         self.windows: tuple[FlagWindow, ...] = ()  # sorted by time; no two windows touch
 
     def add_change(self, cut: float, applied: float, at: float) -> FlagWindow | None:
-        """Add a change of the timeline. `cut`: the time from which on it differs; `applied`: when the robot applied it;
-        `at`: when it became known here [s]. Return the times that were shown wrongly; None if there are none.
+        """Add a change of the timeline. `cut`: the time from which the changed timeline differs; `applied`: when the
+        robot applied it; `at`: when it became known here [s]. Return the times that were shown wrongly; None if there
+        are none.
         """
         window = FlagWindow(max(cut, applied), at + self.ahead)
         if window.end <= window.begin:

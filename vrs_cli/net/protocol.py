@@ -270,8 +270,8 @@ class ClientConnection:
         return self._id
 
     def send(self, message: messages.ClientMessage) -> None:
-        """Send a message. Raises RequestRefused without a connection, for a message that is too long for a server, and
-        if too many requests are unanswered, except for ABORT.
+        """Send a message. Raises RequestRefused if there is no connection, if the message is too long for a server, or
+        if too many requests are unanswered (ABORT is sent nevertheless).
         """
         if isinstance(message, messages.Answer) and message.question in self._questions:
             self._questions[message.question] = True

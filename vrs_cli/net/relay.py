@@ -45,7 +45,7 @@ ROUND_TRIP_DIGITS = 3  # decimals of the round trip [s]: smaller differences cau
 
 class ExpectedRecord(Struct, frozen=True, omit_defaults=True):
     """The expected effect of the command `id`. `issued`: its time of issue by the robot's clock [s]. `begin`: the time
-    from which on it changes the timeline [s]; absent: no change. `refused`: the reason why the robot will refuse it, if
+    from which it changes the timeline [s]; absent: no change. `refused`: the reason why the robot will refuse it, if
     any. `planned`: if false, the effect is unknown here, and the whole timeline after `begin` may change.
     """
 
@@ -58,7 +58,7 @@ class ExpectedRecord(Struct, frozen=True, omit_defaults=True):
 
 
 class PreviewMessage(ServerMessage, frozen=True, tag="preview"):
-    """The expected state of a robot behind a line with delays.
+    """The expected state of a robot with a delayed connection.
 
     The predicted timeline is the timeline after change `number`, changed by all `deltas`. `since_heard`: only the past
     is confirmed, because the tool is being dragged. `flagged`: time intervals for which a wrong motion was shown, in
@@ -110,7 +110,7 @@ class RelayedConnection(ClientConnection):
         self._pings.clear()
 
     def send(self, message: ClientMessage) -> None:
-        """Send a message. Raises RequestRefused without a connection."""
+        """Send a message. Raises RequestRefused if there is no connection."""
         if isinstance(message, messages.Ping):
             self._pings.add(message.sent)
         super().send(message)

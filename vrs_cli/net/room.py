@@ -77,7 +77,7 @@ class Room(ServedRobot):
         self._typed_to: ClientSession | None = None  # the last user who got output of TYPE
         self._typed_bytes = self._given_bytes = 0  # output of TYPE: bytes from the robot, and bytes given to clients
         self._at_prompt: dict[ClientSession, None] = {}
-        self._away: dict[ClientSession, None] = {}  # clients without a connection, in the order of the cuts
+        self._away: dict[ClientSession, None] = {}  # clients that have lost their connection, the earliest loss first
         super().__init__(name, plan, wake, audit, tell, robots, wall, self._tell_lease, self._journal_lost)
         self.console.outlets.append(self._take_message)
         self._meter = Meter(plan.allowance, wall())
@@ -468,8 +468,8 @@ class Hub:
         self._opening = Lock()
 
     def names(self, grant: Grant) -> tuple[str, ...]:
-        """Return the robots that a token may use: its own and the shared ones; for a body, also robots that it
-        names."""
+        """Return the robots that a token may use: its own and the shared ones. A token for a body (a client that acts
+        as the arm of a robot) may also use the robots listed in the token, and a teacher's token all robots."""
         shared = (name for name in self._robots if grant.teacher or grant.robots is None or name in grant.robots)
         of_all = (name for one in self._grants() for name in self.own_names(one))
         others = (name for name in of_all if grant.teacher or (grant.body and name in (grant.robots or ())))

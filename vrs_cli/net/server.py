@@ -118,8 +118,8 @@ class Inflating(PerMessageDeflate):
 
 
 class SharedDeflate(ServerPerMessageDeflateFactory):
-    """The negotiation of deflation that is done once for all connections: with full windows, and contexts that continue
-    from message to message. If a client supports less, nothing is deflated for it.
+    """The permessage-deflate settings shared by all connections, so that a message is compressed once for all:
+    full-size windows and context takeover. A client that does not support these settings gets uncompressed messages.
     """
 
     def __init__(self) -> None:

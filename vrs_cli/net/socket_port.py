@@ -207,13 +207,13 @@ class SocketPort:
 
     def ask(self, make: Callable[[int], messages.Request]) -> messages.ServerMessage:
         """Send the request that `make` returns for an id; return its final answer. Raises the robot's error if the
-        request is refused, and RequestRefused without a connection.
+        robot refuses the request, and RequestRefused if there is no connection.
         """
         return self._loop.wait(self.client.ask(make))
 
     def begin(self, make: Callable[[int], messages.Request], outlet: Outlet) -> int:
         """Send the request that `make` returns for an id; return the id. The outlet is called with all answers, in the
-        thread of the connection; the last one ends the request. Raises RequestRefused without a connection."""
+        thread of the connection; the last one ends the request. Raises RequestRefused if there is no connection."""
         return self._loop.do(lambda: self.client.begin(make, outlet))
 
     def post(self, make: Callable[[int], messages.Request], outlet: Outlet) -> None:
@@ -270,7 +270,7 @@ class SocketPort:
 
 
 def _measure(loop: Loop, client: Client) -> None:
-    """Follow the measured positions of the real or simulated arm; do nothing without a connection."""
+    """Follow the measured positions of the real or simulated arm; do nothing if there is no connection."""
     if not client.measures:
         with suppress(RequestRefused):
             loop.wait(client.measure())

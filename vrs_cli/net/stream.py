@@ -321,5 +321,5 @@ class MeasuredTeller:
             self._batches.popleft()
 
     def after(self, number: int) -> list[Batch]:
-        """Return the batches with reports from `number` on."""
+        """Return the batches that contain report `number` or later reports."""
         return [batch for batch in self._batches if batch.end > number]

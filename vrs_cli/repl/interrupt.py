@@ -132,7 +132,7 @@ async def signal_comes() -> int:
 
 
 def aborting(abort: Callable[[], None]) -> AbstractContextManager[None]:
-    """Call `abort` at SIGQUIT, which Ctrl-X sends while a line is carried out (`without_echo`). Windows has no
+    """Call `abort` on SIGQUIT, which Ctrl-X sends while a line is being executed (see `without_echo`). Windows has no
     SIGQUIT."""
     quit = [signal.SIGQUIT] if hasattr(signal, "SIGQUIT") else []
     return _handling(quit, lambda _number, _frame: abort(), ignored_too=True)

@@ -252,7 +252,7 @@ class JogPanel(Struct):
 
 
 def _neighbour(row: Iterable[float], value: float, by: int) -> float:
-    """Return the next greater (`by` > 0) or next smaller number in a row, or the value itself if there is none."""
+    """Return the next greater (`by` > 0) or next smaller number in a sequence, or the value itself if there is none."""
     choose: Callable[..., float] = min if by > 0 else max
     return choose((one for one in row if (one - value) * by > 0), default=value)
 

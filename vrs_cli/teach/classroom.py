@@ -1,7 +1,8 @@
 """Provide the robot of a lesson, and rehearse lessons.
 
-The robot runs in this process, is served to a browser beside the prompt, or is served behind a delay line. A rehearsal
-tries each step three times: without lines, with its wrong lines, and with its model lines.
+The robot runs in this process, is served to a browser beside the prompt, or is served over a connection with simulated
+delays (a delay line). A rehearsal tries each step three times: without lines, with its wrong lines, and with its model
+lines.
 """
 
 from __future__ import annotations
@@ -143,7 +144,7 @@ class LessonPlace:
         return front_end
 
 
-SPEEDUP = 4.0  # factor by which a rehearsal speeds up robots behind a delay line, and shortens their delays
+SPEEDUP = 4.0  # factor by which a rehearsal speeds up robots with a delayed connection, and shortens the delays
 
 
 class ShortenedDelays(Struct, frozen=True):

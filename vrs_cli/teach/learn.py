@@ -1,7 +1,8 @@
 """Guide a learner at the prompt: check the current step after each line, and execute HINT and the other words of
 lessons.
 
-The robot may run in this process, be served, or be behind a delay line; `AskRobot` hides the difference.
+The robot may run in this process, on a server, or on a server with a delayed connection; `AskRobot` hides the
+difference.
 """
 
 from __future__ import annotations
@@ -229,7 +230,7 @@ class Learner:
         self._show("\n".join(rows) + "\n\nLESSON and a number goes there.")
 
     def _go(self, word: str) -> None:
-        """Leave this shell for the lesson that `word` chooses; "" chooses the next lesson."""
+        """Exit this shell and start the lesson selected by `word`; "" selects the next lesson."""
         if self._typing:
             return
         try:

@@ -55,9 +55,9 @@ class LessonStep(Struct, frozen=True):
 
 
 class Lesson(Struct, frozen=True):
-    """A lesson. `name`: the name of its folder. `number`: its position in a course; 0 outside of courses. `delays`:
-    delays of commands and of answers, for a robot in real time behind a delay line; None: the robot runs in the shell's
-    process."""
+    """A lesson. `name`: the name of its folder. `number`: its position in a course; 0 outside of courses. `delays`: the
+    delays of commands and answers, if the lesson uses a real-time robot over a delayed connection; None if the robot
+    runs in the shell's process."""
 
     name: str
     number: int
@@ -277,7 +277,7 @@ class _LessonReader(SurroundingsReader):
             counts = [names[: k + 1].count(name) for k, name in enumerate(names)]
             found.append(
                 tuple(
-                    # number checks of equal name: `joints`, `joints 2`
+                    # add a number to checks that share a name: `joints`, `joints 2`
                     check if n == 1 else structs.replace(check, name=f"{check.name} {n}")
                     for check, n in zip(read, counts, strict=True)
                 )

@@ -50,7 +50,7 @@ class ServedLessons:
 
     def __init__(self, folder: Path, begin_anew: Callable[[str, str], None], tell: Callable[[str], None]) -> None:
         self._folder, self._begin_anew, self._tell = folder, begin_anew, tell
-        self._course = {  # omit lessons on delays, because this server has no delay lines
+        self._course = {  # omit lessons on delays, because this server cannot delay its connections
             one: lesson for one in lesson_folders(lessons_folder()) if (lesson := read_lesson(one)).delays is None
         }
         self._wanted: dict[str, Path] = {}

@@ -273,8 +273,8 @@ _EDITING = Lock()  # held while a rope is edited, so that two threads do not app
 
 
 def splice(held: OffsetNode[R], first: int, last: int, new: Sequence[Any], shift: float) -> OffsetNode[R] | None:
-    """Put `new` in place of the segments from index `first` up to, but not including, `last`, and shift all later ones
-    by `shift` [s].
+    """Replace the segments from index `first` up to, but not including, `last` by `new`, and shift all later ones by
+    `shift` [s].
     """
     with _EDITING:
         return root(_splice(held, 0.0, first, last, new, shift))
@@ -370,7 +370,7 @@ def _edited_copy(leaf: Leaf[R], first: int, last: int, new: Sequence[Any]) -> li
 
 
 def _replace_end(leaf: Leaf[R], first: int, new: Sequence[Any]) -> list[Leaf[R]]:
-    """Replace all segments of a leaf from `first` on by `new`."""
+    """Replace segment `first` of a leaf and all later ones by `new`."""
     if not new:
         return [_part(leaf, 0, first)]
     if not first:

@@ -187,8 +187,8 @@ class Row(Sequence[Segment]):
         return made
 
     def same_columns(self, place: int, other: Row) -> bool:
-        """Return whether the segments of this row from index `place` on equal those of another row, with the same path
-        and motion objects.
+        """Return whether the segments of this row that begin at index `place` equal those of another row, with the same
+        path and motion objects.
         """
         part = slice(place, place + len(other))
         return (

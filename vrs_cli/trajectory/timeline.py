@@ -266,20 +266,21 @@ class Timeline:
         return timeline
 
     def parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf[Row]]]:
-        """Yield the leaves of segments, starting with the leaf that contains segment number `index`. Each is yielded
-        with the number of its first segment and the offset of its times [s].
+        """Yield the leaves of the segment tree, starting with the one that contains segment number `index`. Each is
+        yielded with the number of its first segment and the offset of its times [s].
         """
         return rope.parts(self._rope, index)
 
     def event_parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf[EventRow]]]:
-        """Yield the leaves of events in the same form as `parts`, starting with the leaf that contains event
-        `index`.
+        """Yield the leaves of the event tree, starting with the one that contains event number `index`. Each is yielded
+        with the number of its first event and the offset of its times [s].
         """
         return iter(()) if self._events is None else rope.parts(self._events, index)
 
     def row_with(self, segments: Row, index: int) -> tuple[Row, int]:
-        """Return a row in memory that has these segments from segment number `index` of the timeline on, and the index
-        of the first of them in that row. If there is no such row, return `segments` and 0.
+        """Return a row in memory that already contains these segments, as the segments of the timeline that begin with
+        number `index`, and the index of the first of them in that row. If there is no such row, return `segments` and
+        0.
         """
         for number, _, leaf in islice(self.parts(index), 1 if segments else 0):
             place = leaf.first + index - number
@@ -387,8 +388,8 @@ class DeltaLog(Sequence[TimelineDelta]):
         return again
 
     def put_away(self, number: int, kept: KeptDeltas) -> None:
-        """Remove from memory the parts that end before delta `number`, except the last two parts; the store `kept` has
-        them.
+        """Drop from memory the parts that end before delta `number`, but keep the last two; the dropped parts remain
+        available in the store `kept`.
         """
         last = min(number // PART, len(self._parts) - UNPACKED_PARTS)
         for place in range(self._away, last):

@@ -51,7 +51,8 @@ Likely = tuple[DivergenceCause, str]
 
 
 class Sample(NamedTuple):
-    """A report of the arm, as evidence: its joints at time t [s], and its mode."""
+    """A report from the arm, used as evidence: its joint positions at time `t` [s], and its mode (whether it follows
+    the timeline)."""
 
     t: float
     joints: Joints

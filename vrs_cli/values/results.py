@@ -159,8 +159,8 @@ class Untrue(Struct, frozen=True):
 
 
 class WayOut(Struct, frozen=True):
-    """A motion that is possible instead of a straight line: the same line in another configuration (`words`), two lines
-    through `via` (T_world_tool), or a MOVE (neither field is set)."""
+    """A feasible alternative to a straight-line motion that cannot be executed: the same line in another configuration
+    (`words`, such as LEFTY), two lines through `via` (T_world_tool), or a MOVE (neither field is set)."""
 
     words: tuple[str, ...] = ()
     via: Transform | None = None

@@ -155,7 +155,8 @@ class SegmentRecord(StrictRecord, frozen=True):
     pieces: tuple[PieceRecord, ...] = ()
 
 
-Pieces = Callable[[Segment], tuple[PieceRecord, ...]]  # returns the joint pieces of a straight line
+# returns the pieces of the joint trajectory that follows a straight line
+Pieces = Callable[[Segment], tuple[PieceRecord, ...]]
 
 
 def no_pieces(_: Segment) -> tuple[PieceRecord, ...]:

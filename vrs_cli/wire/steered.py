@@ -118,8 +118,8 @@ Key = tuple[Path, float, Transform, float]
 
 
 class LinePieces:
-    """Computes the joint pieces of one arm's straight lines, and remembers them: the same segments occur in deltas,
-    snapshots and windows."""
+    """Computes the pieces of the joint trajectories that follow straight lines of one arm, and remembers them, because
+    the same segments occur in deltas, snapshots and windows."""
 
     def __init__(self, arm: RobotArm) -> None:
         self._arm = arm
@@ -131,8 +131,8 @@ class LinePieces:
         return records.no_pieces if tolerance is None else partial(self._of, known_tolerance(tolerance))
 
     def count_late(self, segments: Sequence[Segment], tolerance: float, most: int) -> int:
-        """Return how many of the last segments can be sent with joint pieces if at most `most` straight lines, those
-        not remembered yet, may be computed now."""
+        """Return how many of the last segments can be sent with pieces of their joint trajectory if at most `most`
+        straight lines, those not remembered yet, may be computed now."""
         for count, segment in enumerate(reversed(segments)):
             most -= isinstance(segment.path, CartesianPath) and _key(segment, tolerance) not in self._remembered
             if most < 0:

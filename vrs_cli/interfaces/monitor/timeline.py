@@ -179,7 +179,7 @@ def _plot(station: Station, it: Instruction) -> Dialogue[None]:
     yield replies.Message(f"{path} written")
 
 
-SAMPLES = 481  # number of samples of a curve: more than the widest drawing has dots in a row
+SAMPLES = 481  # number of samples of a curve: more than the widest drawing has dots across
 PICTURES = (".svg", ".png", ".pdf")  # file name suffixes that select a picture file for the plot
 SYNTAX = (
     f"PLOT {', '.join(monitor.QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1;"

@@ -55,8 +55,8 @@ class Console:
 
 
 class FollowedRobot(position.Watched, Protocol):
-    """A robot with a timeline that is kept up to date. `begins`: the timeline is known from this time on [s];
-    `measured`: the reports of the robot's body (the real or simulated arm), also kept up to date."""
+    """A robot with a timeline that is kept up to date. `begins`: the timeline is known after this time [s]; `measured`:
+    the reports of the robot's body (the real or simulated arm), also kept up to date."""
 
     @property
     def rate(self) -> float | None:
@@ -101,8 +101,8 @@ class Port(Protocol):
         """Check that there is a connection now. Raises RequestRefused."""
 
     def begin(self, make: MakeRequest, outlet: Outlet) -> int:
-        """Send the request that `make` makes. Return its id. The outlet receives the replies to it and, as the last
-        message, its end. Raises RequestRefused without a connection."""
+        """Send the request that `make` returns for an id; return the id. The outlet receives the replies to the request
+        and, as the last message, its end. Raises RequestRefused if there is no connection."""
 
     def take(
         self, inbox: feed.Inbox[messages.ServerMessage], seconds: float | None = None

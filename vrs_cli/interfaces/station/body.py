@@ -46,8 +46,9 @@ def check_time(t: float, now: float) -> None:
 
 
 class BodyChange(Struct, frozen=True):
-    """A change of the body. `name`: the client that acts as the body from now on (empty: none); `before`: the client
-    that acted as the body until now. `order`: to follow the timeline or to hold, from the time `at` [s] on."""
+    """A change of the body. `name`: the client that now acts as the body (empty: none); `before`: the client that acted
+    as the body until now. `order`: whether the body shall follow the timeline or hold, starting at the time `at`
+    [s]."""
 
     name: str
     before: str
@@ -82,7 +83,7 @@ class ReportNumbers:
         return [one for number, one in enumerate(reports, first) if number >= self.next or self._gap(number)]
 
     def note(self, first: int, count: int) -> None:
-        """Record that `count` reports with the numbers from `first` on have arrived."""
+        """Record that `count` reports have arrived, numbered consecutively from `first`."""
         if first > self.next:
             self._gaps.append(range(self.next, first))
             self.lost += first - self.next

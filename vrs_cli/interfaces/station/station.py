@@ -407,8 +407,8 @@ class Station:
         self.settle()
 
     def _changes_by_program(self, begin: bool) -> None:
-        """Record that a running program changes variables from now on (`begin`), or no longer: changes by a program
-        need not be stored."""
+        """Record that a running program begins (`begin`) or ceases to change variables: changes by a program need not
+        be stored."""
         if self.terminal.attended:
             self.unstored.begin_run() if begin else self.unstored.end_run()
 
@@ -502,8 +502,8 @@ class Station:
         return (yield from self.divergence.resync(stops=stops, issued=self.user_state.issued, check=check))
 
     def serve(self) -> None:
-        """Put the branch in place that the current user used last; while a task is running, stay on the current
-        branch."""
+        """Switch to the branch of the history that the current user last worked on. While a task is running, stay on
+        the current branch."""
         self.branches.serve(self.user_state, stay=any(self.tasks.running))
 
     def leave(self, user_state: UserState) -> None:

@@ -294,8 +294,8 @@ class Continuation:
         self.turns = batch.turning
         _, reached = levers(model)
         self.length = LENGTH * reached[0]
-        # number of prismatic joints from each joint on; each may be one unit of length beyond its range, which
-        # lengthens levers
+        # for each joint: the number of prismatic joints from it to the end of the arm; each of these may be one unit of
+        # length beyond its range, which lengthens the lever of the joint
         sliding = np.cumsum(~batch.turning[::-1])[::-1]
         self.levers = np.where(self.turns, np.array(reached) / self.length + sliding, 1.0)
         self.longest = np.maximum.accumulate(self.levers[::-1])[

@@ -184,7 +184,7 @@ class SphericalWristArm(FormulaArm):
             if reach < bounds.SINGULAR or abs(out * h + down * v) > AT_REST * reach:
                 raise _singular("elbow", "the arm is stretched or folded flat")
             qd2 = qd23 = (down * h - out * v) / (reach * reach)
-        # subtract the part of the angular velocity that joints 1 to 3 make; the wrist must make the rest
+        # subtract the angular velocity contributed by joints 1 to 3; the wrist must provide the rest
         x += s23 * qd1
         y -= qd23
         z -= c23 * qd1

@@ -191,7 +191,8 @@ def _follows(
 
 
 def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, fingers: Fingers) -> dict[str, LinkPlace]:
-    """Return the positions of all links that the base and the arm carry, in the frames of the chain.
+    """Return the poses of all links that the base and the arm carry, each in the frame of the body of the chain that
+    carries it.
 
     T_body_link = T_base_body^-1 T_base_link, computed while all joints are 0 and the hand is closed, is the same in all
     poses.

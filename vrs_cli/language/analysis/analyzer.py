@@ -1,4 +1,4 @@
-"""Check whether a program, or a line typed at the prompt, can be carried out. All mistakes are returned as diagnostics,
+"""Check whether a program, or a line typed at the prompt, can be carried out. All mistakes are returned as diagnostics;
 none is raised.
 
 The analyzer decides from the use of a bare name whether the name is a real or a transformation, and checks every
@@ -6,8 +6,8 @@ instruction against its row of the word tables. `Surroundings` describes the mem
 with a value, other programs, and the variables to which these programs assign. It is made once for all programs of a
 file, so that checking one program does not search the others again.
 
-The analyzer warns once of a variable that has the name of an instruction or of a function without arguments. It does
-not warn of a variable `dx`, because the function `DX(part)` always has an argument.
+The analyzer warns once about a variable that has the name of an instruction or of a function without arguments. It does
+not warn about a variable `dx`, because the function `DX(part)` always has an argument.
 """
 
 from __future__ import annotations

@@ -518,7 +518,7 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
         return self.ordinary if op in self.ordinary.numbers else self.everywhere
 
     def stand(self, step: int) -> int | None:
-        """Return the index of the first step from `step` on that counts as executed, before which the program can
+        """Return the index of the first step at or after `step` that counts as executed, before which the program can
         therefore stop; None if there is none. Indexes count from 0."""
         steps = (op.step for op in self.lowered.ops if op.step >= step and not lowering.is_silent(op))
         return min(steps, default=None)

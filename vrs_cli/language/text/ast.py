@@ -85,8 +85,8 @@ class Binary(Node, frozen=True):
     """An operation with two operands. `operator` is one of + - * / MOD ** == <> < > <= >= AND OR XOR BAND BOR BXOR, or
     `:` (compound).
 
-    `grouped`: the source has parentheses around the operation. The printer keeps them. The analyzer warns of relations
-    beside AND and OR only if the relations have no parentheses.
+    `grouped`: the source has parentheses around the operation. The printer keeps them. The analyzer warns about
+    relations beside AND and OR only if the relations have no parentheses.
     """
 
     operator: str

@@ -34,7 +34,7 @@ FOREIGN_SIGNS = {
 POWER, QUOTES = "** raises to a power: 2 ** 3", 'a text stands in double quotes: "hello"'
 QUOTIENT, WHOLE = r"//\s*[\d(]", "INT(7 / 2) is a whole quotient; a comment begins with ;"
 FOREIGN_COMMENT, OWN_COMMENT = r"//|/\*|#(?![A-Za-z])", "a comment begins with ;"
-# matches a sign that begins a comment at the start of a line, also as in MATLAB, BASIC, RAPID or Lua
+# matches a sign that begins a comment in another language if it starts a line (% MATLAB, ' BASIC, ! RAPID, -- Lua)
 LINE_COMMENT = rf"{FOREIGN_COMMENT}|[%'!*](?=\s)|--(?=\s)"
 UNITS, NO_UNIT = (
     frozenset(["MM", "CM", "M", "DEG", "DEGREES", "RAD", "S", "SEC", "MS", "MMS", "MPS", "MM/S", "M/S"]),
@@ -90,7 +90,7 @@ FOREIGN_FUNCTIONS: Mapping[str, str] = {
     **dict.fromkeys(("OPEN", "FOPEN"), 'ATTACH (lun, 4) "DISK" and FOPENR (lun) "name" open a file to be read'),
 }
 
-# by word of VAL-II: words of other languages with the same meaning
+# maps each VAL-II word to the words of other languages with the same meaning
 _SAME = {
     "TYPE": "PRINT PRINTF PRINTLN ECHO DISP DISPLAY TPWRITE TEXTMSG CONSOLE.LOG",
     "PROMPT": "INPUT RAW_INPUT",
@@ -123,7 +123,7 @@ _SAME = {
     "FCOPY": "CP",
     "FRENAME": "MV",
 }
-_MORE: Mapping[str, str] = {  # further text for the hint, by the word of the other language
+_MORE: Mapping[str, str] = {  # maps a word of another language to further text for its hint
     **dict.fromkeys(
         ("MOVEJ", "MOVJ", "MOVEABSJ", "PTP", "MOVEL", "MOVL", "LIN", "MOVELIN"),
         "a place is TRANS(x, y, z) in mm, or joints in degrees #PPOINT(j1, j2, ...); SPEED 50 before it sets the speed",

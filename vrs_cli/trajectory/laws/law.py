@@ -39,7 +39,7 @@ SLIVER = 1e-6  # [s] a cruise shorter than this is left out
 Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) pairs of one joint, in order
 # a cubic of one joint: its start [grid instants], its start [s], and its four coefficients
 Row = tuple[int, float, float, float, float, float]
-# returns the planned cubics of each joint from now on; None if its polynomials are not cubics
+# returns the cubics that each joint will follow, as planned so far; None if its polynomials are not cubics
 Coming = Callable[[], Sequence[Sequence[Row]] | None]
 
 

@@ -311,7 +311,8 @@ class _ToolMotion(ToolMotion):
         return 0.5 * spin * change.lasts
 
     def course(self, least: float) -> Course:
-        """Return the shortest times within the limits."""
+        """Return the shortest course (the times of the change of velocity, the cruise and slowing down) that keeps the
+        tool's limits of velocity and acceleration and lasts at least `least` [s]."""
         limits, state = self.limits, self.state
         if state.at_rest:
             _, angle = self.turn(Blend(0.0))

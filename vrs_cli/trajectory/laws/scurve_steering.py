@@ -201,8 +201,8 @@ def steer(
 ) -> tuple[Segment, ...]:
     """Plan a tick [s] towards the target, on the time grid, then a stop.
 
-    `coming`: returns the previous plan of each joint from now on, if it consists of cubics. Return no segments if the
-    previous plan is needed but unknown.
+    `coming`: returns the part of each joint's previous plan that is still ahead, if it consists of cubics. Return no
+    segments if the previous plan is needed but unknown.
     """
     joints = _joints(state, target, limits)
     jerks = [_jerk(one, tick) for one in joints]

@@ -294,11 +294,11 @@ def _joints_and_turns(found: Found) -> list[tuple[Joints, float]]:
 
 
 def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floats) -> Floats:
-    """Minimise slope . z + z . bend z / 2 for two variables z, with low <= ways z <= high. Return the steps ways z of
-    the joints (N, n).
+    """Minimise the quadratic `slope` · z + z · `bend` z / 2 over z (two variables), subject to `low` <= `ways` z <=
+    `high`. Return the joint steps `ways` z (N, n).
 
-    `ways` (N, n, 2): the change of the joints by z. `low`, `high` (N, n): the box of allowed steps. If no step stays in
-    the box, return the step that leaves it by the smallest distance.
+    `ways` (N, n, 2): the derivatives of the joints with respect to z. `low`, `high` (N, n): the box of allowed steps.
+    If no step stays in the box, return the step that leaves it by the smallest distance.
     """
     determinant = bend[:, 0, 0] * bend[:, 1, 1] - bend[:, 0, 1] ** 2
     upwards = (determinant > FLAT) & (bend[:, 0, 0] > 0.0)
@@ -401,8 +401,8 @@ class SteadyContinuation:
         self.n, turning = conditions.joints, batch.turning
         reached = np.array(levers(batch.model)[1]) + length(position(conditions.tool))
         self.length = LENGTH * reached[0]
-        # number of prismatic joints from each joint on; each may be one unit of length beyond its range, which
-        # lengthens levers
+        # for each joint: the number of prismatic joints from it to the end of the arm; each of these may be one unit of
+        # length beyond its range, which lengthens the lever of the joint
         sliding = np.cumsum(~turning[::-1])[::-1]
         self.levers = np.where(turning, reached / self.length + sliding, 1.0)
         i = np.arange(self.n)

@@ -23,12 +23,12 @@ higher derivatives are computed from values of F at seven times, so close to eac
 
 For arms whose axes 2 to 4 are parallel, such as most arms for teaching, searches start from a table. For each angle of
 the last joint (of five), the position of the tip determines joint 1, with two solutions: the tip is at a known distance
-from the plane in which joints 2 to 4 move. For each direction of the hand in this plane, joints 2 and 3 move two bars
-whose end must reach a known point, again with two solutions (vectors in the plane are complex numbers). So the table
-contains all joints that reach a position, by the angle of the last joint and the direction of the hand. Each local
-minimum of the rotation error is near an entry that is less than its neighbours. The axes need to be parallel only
-within the accuracy of a measured robot, because a search makes the joints exact. For other arms, searches start from
-the sample joints that bring the tool nearest to the pose.
+from the plane in which joints 2 to 4 move. For each direction of the hand in this plane, joints 2 and 3 move two links
+(from axis 2 to 3, and from axis 3 to 4), whose end must reach a known point, again with two solutions (vectors in the
+plane are complex numbers). So the table contains all joints that reach a position, by the angle of the last joint and
+the direction of the hand. Each local minimum of the rotation error is near an entry that is less than its neighbours.
+The axes need to be parallel only within the accuracy of a measured robot, because a search makes the joints exact. For
+other arms, searches start from the sample joints that bring the tool nearest to the pose.
 """
 
 from __future__ import annotations
@@ -243,15 +243,17 @@ class Way:
 
 FIRST = 4  # number of joints in the table of starts: joint 1 turns the plane of the arm, joints 2 to 4 move within it
 PARALLEL = 0.01  # [rad] maximum angle between axes that count as parallel
-MIN_BAR_M = 1e-3  # [m] minimum length of a bar for the table of starts
+MIN_BAR_M = 1e-3  # [m] minimum length of a link for the table of starts
 ROLLS, DIRECTIONS = (
     24,
     24,
 )  # size of the table: number of angles of the last joint, and number of hand directions on each side of the shoulder
-# hand directions, as fractions of their possible range. They are dense near the ends, where the bars turn fast, and
-# leave out the ends, where the bars are in line and a search could not choose the sign of the elbow angle.
+# hand directions, as fractions of their possible range. They are dense near the ends, where the links between axes 2
+# and 4 turn fast, and leave out the ends, where the links are in line and a search could not choose the sign of the
+# elbow angle.
 PARTS = 0.5 - 0.5 * np.cos(np.linspace(0.02, pi - 0.02, DIRECTIONS))
-# an entry of the table counts as reachable if it is out of reach by less than this fraction of both bars' lengths
+# an entry of the table counts as reachable if it is out of reach by less than this fraction of the total length of both
+# links
 BEYOND = 0.02
 OUTSIDE = 8.0  # [rad/rad] weight of the angles by which joints are outside their ranges, relative to the rotation error
 # [rad] entries whose rotation error is larger than that of the best entry by more than this are not used as starts
@@ -336,15 +338,15 @@ class PlanarStarts:
         missed = np.where(reached, missed, np.inf)
         within = np.where(outside > 0.0, np.inf, missed)
         least = _least(within) | _least(missed + OUTSIDE * outside)
-        # if the bars only just reach a position, several directions give the same joints: keep one of them
+        # if the links only just reach a position, several directions give the same joints: keep one of them
         _, once = np.unique(np.round(joints[least], 6), axis=0, return_index=True)
         found, size = joints[least][once], (missed + OUTSIDE * outside)[least][once]
         order = np.argsort(size)[:MAX_STARTS]
         return np.asarray(found[order][size[order] < within.min() + WORSE])
 
     def _reach(self, model: RobotModel) -> Iterator[tuple[float, float, float]]:
-        """Yield the signs of the angle between the bars that the range of joint 3 allows, each with the minimum and
-        maximum distance from shoulder to wrist [m].
+        """Yield the signs of the elbow angle (between the two links) that the range of joint 3 allows, each with the
+        minimum and maximum distance from shoulder to wrist [m].
         """
         upper, fore = abs(self.upper), abs(self.fore)
         straight = np.angle(self.fore) - np.angle(self.upper)
@@ -359,11 +361,12 @@ class PlanarStarts:
                 yield sign, sqrt(square + twice * cos(most)), sqrt(square + twice * cos(least))
 
     def _in_plane(self, place: Floats) -> tuple[tuple[Floats, Floats, Floats], Floats]:
-        """Return joints 2 to 4 (rolls, 2, 2, bends, directions) for positions of the tip relative to the shoulder
-        (rolls, 2), as complex numbers. The dimensions are: angles of the last joint, solutions of joint 1, sides of the
-        shoulder, signs of the elbow angle, and hand directions.
+        """Return joints 2 to 4, each with the dimensions (rolls, 2, 2, bends, directions): angles of the last joint, 2
+        solutions of joint 1, 2 sides of the shoulder, signs of the elbow angle (bends), and hand directions. `place`
+        (rolls, 2): the position of the tip relative to the shoulder, in the plane of the arm, as complex numbers.
 
-        Also return by how much the wrist is out of reach of the bars [m].
+        Also return, with the same dimensions, how far the wrist is beyond the reach of the two links between axes 2 and
+        4 [m]; negative: within reach.
         """
         upper, fore, hand = np.abs(self.upper), np.abs(self.fore), np.maximum(np.abs(self.hand), MIN_BAR_M)[..., None]
         far = np.maximum(np.abs(place), MIN_BAR_M)[..., None]
