@@ -1,9 +1,9 @@
 """Approximate paths for viewers: the path of the tool tip by lines, and straight lines by cubics of the joints.
 
 Lines have few points. The points are placed by curvature and not by time, close enough that the lines stay near the tip
-positions that g returns. The cubics serve viewers that have no inverse kinematics. Each cubic has the joints and joint
-velocities of g at both of its ends (Hermite), so neighbouring cubics join without a jump of position or velocity. A
-piece that differs from g by more than a tolerance is halved.
+positions that the position function g returns. The cubics serve viewers that have no inverse kinematics. Each cubic has
+the joints and joint velocities of g at both of its ends (Hermite), so neighbouring cubics join without a jump of
+position or velocity. A piece that differs from g by more than a tolerance is halved.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Motion, MotionKind
 
-# [rad, m] a path is cut until all joints together move no more than this: then the tip reverses at most once
+# [rad, m] a path is first cut into pieces of equal duration, one for every such amount of joint motion (summed over all
+# joints); in so short a piece the tip reverses its direction at most once
 MAX_TURN = 0.5
 PROBES = (0.25, 0.5, 0.75)  # fractions of a line at which its distance from the path is measured
 # fraction of the allowed error at the probes, since between them the path may be farther from its line
@@ -177,7 +178,8 @@ def distance_from_line(p: Vector, a: Vector, b: Vector) -> float:
     return dist(there, (part * along[0], part * along[1], part * along[2]))
 
 
-# number of parts of a piece, which is compared with g between them; even, so that halves reuse the times
+# number of equal parts of a piece, which is compared with g where two parts meet; even, so that its halves reuse these
+# times
 PIECE_LOOKS = 8
 # fraction of the tolerance allowed at the compared times, since between them a piece may differ more
 PIECE_MARGIN = 0.9
@@ -186,7 +188,7 @@ TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # [rad, m] the tolerances with which
 
 
 class JointPiece(NamedTuple):
-    """A piece of a path: for each joint a cubic [rad, m] in the time since its start. It lasts `duration` [s]."""
+    """A piece of a path: for each joint a cubic [rad, m] in the time since its start. A piece lasts `duration` [s]."""
 
     duration: float
     joints: tuple[Polynomial, ...]

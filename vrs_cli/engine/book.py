@@ -33,7 +33,7 @@ CHANGES_AT_ONCE = 50  # number of changes that are planned before the caller may
 R = TypeVar("R")
 Parts = Generator[None, None, R]  # work in parts; the caller may do other work between two parts
 ROW_LENGTH = 128  # maximum number of segments of a row, so that a change writes at most this many (3 ms of CPU)
-MAX_MOTIONS_COMPARED = 100  # maximum number of motions of which an answer says how they moved, to limit its cost
+MAX_MOTIONS_COMPARED = 100  # maximum number of motions whose shifts an answer reports, to limit its cost
 SAME_TIME = 5e-4  # [s] times closer than this are shown as equal
 
 

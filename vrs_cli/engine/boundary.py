@@ -49,7 +49,7 @@ END_PART = 1e-4  # fraction of a path: no closer marks are needed at its ends, w
 MAX_SEARCH_LOOKS = 5000
 # number of cached surveys: the same line may be planned again, with other stops or while a jog key is held
 REMEMBERED_SURVEYS = 64
-FEW_LOOKS = 8  # a search that needed at most this many samples met no boundary closely: it gives no marks
+FEW_LOOKS = 8  # a search with at most this many samples came close to no boundary, so it returns no marks
 # for each clearance, the fraction of its maximum on the path below which it counts as close to the boundary
 CLOSE_PARTS = (0.01, 0.01, 0.01, 0.1)
 DIFFERENCE_STEP = 1e-5  # [m] step of the finite differences that locate a touch; the error is then about 1e-9 m

@@ -194,7 +194,8 @@ class _Stretch:
 
     def _breaches_of(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
         """Yield a breach for each row (of n joints) in which a joint is wrong, and name the worst joint of the row.
-        `what`: the text, with {joint} and {size}. `shift` is 1 if the rows are boundaries between segments.
+        `what`: the message, with the placeholders {joint} and {size}. `shift` is 1 if the rows are boundaries between
+        segments.
         """
         for row in np.flatnonzero(wrong.any(axis=1)).tolist():
             joint = int(np.where(wrong[row], size[row], 0.0).argmax()) + 1

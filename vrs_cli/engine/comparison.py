@@ -44,8 +44,8 @@ Compared = Callable[[PlaceArrays], "Floats"]
 
 
 def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
-    """Compare two histories of one robot: return the greatest distances of tool and joints, and the commands of both.
-    Commands are in the order of `a`, followed by the commands that only `b` has.
+    """Compare two histories of one robot: return the greatest distance between their tools and between their joints,
+    and the commands of both. Commands are in the order of `a`, followed by the commands that only `b` has.
     """
     import numpy as np
 
@@ -88,7 +88,7 @@ def _first_other_segment(a: Timeline, b: Timeline) -> float | None:
     ours, theirs = list(a.blocks(-inf, inf)), list(b.blocks(-inf, inf))
     pairs = zip(ours, theirs, strict=False)
     same = (a.row is b.row and (a.offset, a.first, a.last) == (b.offset, b.first, b.last) for a, b in pairs)
-    # number of leading blocks that both share: the same part of a row at the same time
+    # number of blocks at the start that both timelines share: the same part of a row at the same time
     shared = sum(1 for _ in takewhile(bool, same))
     for one, other in zip_longest(_courses(ours[shared:]), _courses(theirs[shared:])):
         if one is None or other is None:
@@ -152,7 +152,9 @@ def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
 def _greatest(
     arm: RobotArm, a: Timeline, b: Timeline, here: tuple[PlaceArrays, PlaceArrays], compared: Compared
 ) -> Apart:
-    """Return the greatest distance: at the sampled times first, then with more and more samples around that time."""
+    """Return the greatest distance. Search among the sampled times first, then take more and more samples around the
+    time found.
+    """
     for _ in range(CLOSER_ROUNDS - 1):
         _, times = _farthest(*here, compared)
         here = places_at(arm, a, times), places_at(arm, b, times)
@@ -160,7 +162,7 @@ def _greatest(
 
 
 def _farthest(a: PlaceArrays, b: PlaceArrays, compared: Compared) -> tuple[Apart, Floats]:
-    """Return the greatest distance at the common times, and closer times around its time."""
+    """Return the greatest distance at the common times, and closely spaced times around the time of that distance."""
     import numpy as np
 
     times, found = a.times, np.linalg.norm(compared(a) - compared(b), axis=2)

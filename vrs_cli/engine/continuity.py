@@ -28,8 +28,9 @@ if TYPE_CHECKING:
 
 FOURTH = 4
 POWERS = np.arange(1.0, FOURTH + 1.0)
-PROOF_PIECES = (2, 8, 32, 64)  # numbers of pieces into which the proof cuts a gap, before another sample is taken
-# next to a rest, this fraction of a stretch's time needs no proof: it covers under 1/1000 of the distance
+# numbers of pieces into which the proof cuts the gap between two samples, before it takes another sample
+PROOF_PIECES = (2, 8, 32, 64)
+# next to a rest, this fraction of a stretch's time needs no proof: the tool then covers under 1/1000 of the distance
 REST_PART = 2.0**-6
 FINEST_GAP = 2.0**-24  # smallest gap, as a fraction of a stretch; if a smaller one is needed, the line is refused
 MAX_EXTRA_SAMPLES = 400  # maximum number of samples added to a line

@@ -678,7 +678,7 @@ class Engine:
 
     def undo(self, count: int = 1) -> tuple[str, ...]:
         """Undo the last `count` motion commands, all of them or none, and set the clock back unless time is real.
-        Return the texts of the commands, the last command first. Raises UsageError if there are fewer commands, TooLate
+        Return the commands as strings, the last command first. Raises UsageError if there are fewer commands, TooLate
         for a command that has begun in real time, FileError.
         """
         return whole(self.undoing(count))
@@ -691,8 +691,8 @@ class Engine:
 
     def redo(self, count: int = 1) -> tuple[str, ...]:
         """Repeat the last `count` commands that `undo` took back, all of them or none. Timeline and clock are then as
-        before the undo. Return the texts of the commands. Raises UsageError, TooLate for a command whose time has
-        passed in real time, FileError, and the errors of the `checks`.
+        before the undo. Return the commands as strings. Raises UsageError, TooLate for a command whose time has passed
+        in real time, FileError, and the errors of the `checks`.
         """
         return whole(self.redoing(count))
 
@@ -702,8 +702,8 @@ class Engine:
         return self._through_history(steps, self.book.redo(count, self.check if self.checks else None))
 
     def _through_history(self, steps: Iterable[HistoryStep], change: Parts[float]) -> Parts[tuple[str, ...]]:
-        """Make the change of an UNDO or REDO part by part, then set the clock and ALTER to match. Return the texts of
-        the commands.
+        """Make the change of an UNDO or REDO part by part, then set the clock and ALTER to match. Return the commands
+        as strings.
         """
         deltas = [step.delta for step in steps]
         while True:

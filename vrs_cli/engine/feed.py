@@ -187,8 +187,8 @@ class Snapshot(Struct, frozen=True):
 
     `settings`: the settings at that version. `events`: the events of the window, from event number `first_event` on.
     `values`: the last event of each channel before the window, so that the value of every channel is known from the
-    start of the window on. `world`: the state of the world (hand, parts and sensors) at `known_from`, if there is a
-    cell.
+    start of the window on. `world`: the state of the world (hand, parts and sensors) at `known_from`, if the robot
+    works in a cell (a described world).
     """
 
     version: int
@@ -244,8 +244,8 @@ def last_values(timeline: Timeline, count: int) -> tuple[Event, ...]:
 
 
 class KnownEvents(Struct, frozen=True):
-    """Which events a known part of a timeline contains. In place of all events before number `first` it has `values`
-    events: the last event of each channel.
+    """Which events a known part of a timeline contains. In place of all events before number `first` the part has
+    `values` events: the last event of each channel.
     """
 
     first: int = 0

@@ -202,7 +202,7 @@ class Follower:
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
         """Return the error for the first position after the sample `good` at which the line leaves the reach or a joint
-        its range.
+        leaves its range.
         """
 
         def possible(s: float) -> bool:
@@ -324,7 +324,7 @@ class Follower:
 
     def _sampler(self, path: CartesianPath) -> Callable[..., Sample | None]:
         """Return a function that takes a time and joints near the solution, and returns the sample; None if the path is
-        out of reach or a joint out of range. With `soon` it also returns None if Newton's method does not find the
+        out of reach or a joint is out of range. With `soon` it also returns None if Newton's method does not find the
         joints.
         """
         if path is self._path:

@@ -1,7 +1,7 @@
 """Keep the motion commands of one robot for UNDO, and the undone commands for REDO.
 
-A step holds a delta and the inverse delta, not the timelines between them, so a day of commands costs only its deltas.
-To save more memory, the steps of old changes can be forgotten.
+A step holds a delta and the inverse delta, not the timelines between them, so a day of commands needs only the memory
+for its deltas. To save more memory, the steps of old changes can be forgotten.
 
 Recorded events (inputs from outside, observations of programs) are steps but not commands. In virtual time UNDO takes
 recorded events back together with the command that precedes them. In real time UNDO keeps them, since they have
@@ -130,9 +130,9 @@ class Undone(Struct, frozen=True):
 
 
 class History:
-    """The steps of one robot. `done`: the steps that are not undone, oldest first; the oldest ones may be missing, of
-    which `forgotten` were commands. `undone`: the steps that were undone, the next step of REDO last; None for a
-    forgotten step.
+    """The steps of one robot. `done`: the steps that are not undone, oldest first; the oldest ones may be missing, and
+    `forgotten` is the number of commands among the missing steps. `undone`: the steps that were undone, the next step
+    of REDO last; None for a forgotten step.
     """
 
     def __init__(
@@ -178,8 +178,8 @@ class History:
                 structs.force_setattr(step, "_source", columns)
 
     def add(self, step: HistoryStep) -> None:
-        """Add a new command, after which earlier undone commands cannot be redone. A recorded event keeps them redoable
-        if it can be placed before all undone commands.
+        """Add a new command, after which earlier undone commands cannot be redone. After a recorded event they can
+        still be redone, if the event can be placed before all of them.
         """
         self.done.append(step)
         if not self.undone:

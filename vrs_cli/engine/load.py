@@ -32,7 +32,7 @@ JERK_MARGIN = 1.01
 CALM_PART = 0.8  # fraction of a limit: accelerations and jerks below it, estimated by differences, need no closer check
 NEAR_LIMIT = 0.9  # fraction of a limit: next to a sample above it, acceleration or jerk may exceed the limit
 NEAR_PEAK = 0.95  # fraction of the worst joint's load: joints above it are searched for peaks between samples
-# fraction of the bound of a rate: if more of it is due to the bend between two samples, sample between them
+# fraction of a rate's bound: if the curvature between two samples causes more than this, a sample is taken between them
 BENT_PART = 0.01
 FAST_PART = 0.8  # fraction of a velocity limit: a joint that is slower at all samples stays below it between them
 AT_LIMIT = 0.999  # fraction of a velocity limit: a joint that begins faster counts as at its limit
@@ -173,7 +173,7 @@ class StretchLoad:
         return False
 
     def _velocity(self, start: Joints, at_first: Joints, first_mean: Joints) -> Load:
-        """Return the load by velocity.
+        """Return the load due to velocity.
 
         The maximum is taken over all samples except the first, whose velocity is given; the interval between the first
         two samples; and the peaks of the fastest joints.
@@ -203,8 +203,8 @@ class StretchLoad:
         return Load(ratios[joint], joint=joint + 1, at=(self.path, sample.s))
 
     def _peaks(self, columns: Sequence[Joints], worst: float) -> Iterator[Sample]:
-        """Yield the samples at which the joints that may be too fast are fastest. Next to a singularity such a peak may
-        be very short.
+        """For each joint that may exceed its velocity limit, yield the sample at which its velocity peaks. Near a
+        singularity, a peak may be very short.
         """
         samples, near = self.samples, NEAR_PEAK * max(worst, 1.0)
         for i, (most, limit) in enumerate(zip(_greatest(columns), self.limits.max_velocity, strict=True)):
@@ -310,7 +310,7 @@ class StretchLoad:
             return None
 
     def _acceleration(self, rates: list[Rates], margin: float) -> Load:
-        """Return the load by the greatest joint accelerations, raised by a margin."""
+        """Return the load due to the greatest joint accelerations, increased by a margin."""
         if not rates:
             return Load()
         times, rows = zip(*rates, strict=True)
@@ -320,8 +320,8 @@ class StretchLoad:
     def _greatest_of(
         self, times: Sequence[float], columns: Sequence[Sequence[float]], greatest: list[float], margin: float
     ) -> Load:
-        """Return the load by accelerations. `columns`: the accelerations of each joint at the `times`; `greatest`: the
-        maximum of each column; `margin`: the factor on the load.
+        """Return the load due to accelerations. `columns`: the accelerations of each joint at the `times`; `greatest`:
+        the maximum of each column; `margin`: the factor on the load.
         """
         ratios = list(map(truediv, greatest, self.limits.max_acceleration))
         worst = max(ratios)
@@ -329,7 +329,7 @@ class StretchLoad:
         return Load(0.0, worst * margin, joint=joint + 1, at=(self.path, times[_where_largest(columns[joint])]))
 
     def _worse(self, load: Load, rates: Iterable[Rates]) -> Load:
-        """Return the maximum of a load and the loads by the given joint accelerations, with ACCELERATION_MARGIN."""
+        """Return the maximum of a load and the loads due to the given joint accelerations, with ACCELERATION_MARGIN."""
         for s, row in rates:
             ratios = list(map(truediv, map(abs, row), self.limits.max_acceleration))
             worst = max(ratios)
@@ -339,8 +339,8 @@ class StretchLoad:
         return load
 
     def _smooth_acceleration(self, moments: list[Moment], means: list[Rates]) -> Load:
-        """Return the load by acceleration: at the samples, and where the jerk changes its sign between two of them. The
-        acceleration at the first sample gets no margin: the interrupted motion may have been at its limit.
+        """Return the load due to acceleration: at the samples, and where the jerk changes its sign between two of them.
+        The acceleration at the first sample gets no margin: the interrupted motion may have been at its limit.
         """
         rates = [*((moment.sample.s, moment.acceleration) for moment in moments), *means]
         load = self._acceleration(rates, SMALL_MARGIN)
@@ -370,7 +370,7 @@ class StretchLoad:
         return [sample for sample, measure in rows if min([measure[k] for k in left], default=1.0) > LOST_MEASURE]
 
     def _jerk(self, moments: list[Moment]) -> Load:
-        """Return the load by jerk: at the moments, and a bound of the jerk between them. Further samples are taken
+        """Return the load due to jerk: at the moments, and a bound of the jerk between them. Further samples are taken
         where the bound is near the limit.
         """
         load = Load()
@@ -409,9 +409,9 @@ def _top_of(a: tuple[float, float], b: tuple[float, float], c: tuple[float, floa
 
 def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float) -> list[tuple[float, bool]]:
     """For each joint, return a bound of a rate between two samples, and whether the rate may exceed its values at both.
-    `a`, `b`: the rates at the samples; `before`, `after`: the integrals of the rate there. The parabola with these end
-    values and the right mean is used: its distance from its chord is greatest in the middle, where it is 1.5 times the
-    distance of the mean from the chord.
+    `a`, `b`: the rates at the samples; `before`, `after`: the integrals of the rate at the samples. The parabola with
+    these end values and the right mean is used: its distance from its chord is greatest in the middle, where it is 1.5
+    times the distance of the mean from the chord.
     """
     found = []
     for x, y, v, w in zip(a, b, before, after, strict=True):

@@ -1,9 +1,10 @@
 """The trajectory generation function f: a motion command edits the timeline.
 
-f(theta; p, t, v; tau[k]) -> TimelineDelta. The motion in progress at the execution time is truncated there. The new
-motion takes its place, and starts from the position and velocity at that time. Motions that are scheduled later stay:
-the next motion is planned again from the new position to its own target, and so on while motions blend into each other.
-From the first boundary on at which position and velocity are unchanged, segments are only shifted in time.
+f(theta; p, t, v; tau[k]) -> TimelineDelta. The motion in progress at the execution time is truncated there (the cut).
+The new motion takes its place, and starts from the position and velocity at that time. Motions that are scheduled later
+stay: the next motion is planned again from the new position to its own target, and so on while motions blend into each
+other. From the first boundary on at which position and velocity are unchanged, segments (the tail) are only shifted in
+time.
 
 Events up to the cut stay. A tied event keeps its distance in time to the start of its motion, or to the end of the
 interrupted motion. An event with its own time keeps this time, but comes at the latest when the tail begins. The tail

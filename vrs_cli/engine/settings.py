@@ -215,7 +215,7 @@ SETTINGS: Mapping[str, tuple[Mapping[str, Switch | ParameterRow], Mapping[str, I
 
 
 def idle_of(table: Mapping[str, Idle], name: str) -> Idle | None:
-    """Return the row with a name, which may have an index; None if the table has no such setting."""
+    """Return the table row of the setting with this name (with or without an index); None if there is none."""
     return table.get(name.upper().partition("[")[0])
 
 

@@ -442,7 +442,9 @@ def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterat
         for walk in arm.walks(begin.joints, poses, asked):
             none = False
             yield structs.replace(state, guides=_guides(begin, walk))
-    if none:  # no walk reaches the goal: with the shortest one, the line is refused later with a proper error
+    if none:
+        # No continuous joint path reaches the goal. Keep the shortest one anyway: a later check rejects the line with a
+        # specific error.
         yield structs.replace(state, guides=_guides(begin, arm.shortest_walk(begin.joints, poses, asked)))
 
 

@@ -123,8 +123,8 @@ def naming_null(refusal: LocationOutOfRange, T_robot_tool: Transform) -> Locatio
 
 
 def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) -> None:
-    """Raise `refusal` for a location, tool or base that is too far away. `what`: the text of the error, into which the
-    distance is formatted.
+    """Raise `refusal` for a location, tool or base that is too far away. `what`: the error message, with a placeholder
+    for the distance.
     """
     away = hypot(*T[3::4])
     if not away <= MAX_DISTANCE:
@@ -159,8 +159,8 @@ _AXES: tuple[Vector, ...] = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0
 
 def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
     """Return the motion with its relative target recomputed, now that the previous motion ends at `destination`. A
-    joint-interpolated motion keeps the configuration of arm and elbow there. Raises LocationOutOfRange,
-    JointOutOfRange.
+    joint-interpolated motion keeps the configuration that arm and elbow have at `destination`. Raises
+    LocationOutOfRange, JointOutOfRange.
     """
     target = motion.relative
     if target is None or motion.kind is MotionKind.REST:

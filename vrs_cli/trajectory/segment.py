@@ -415,8 +415,8 @@ Path = JointPath | CartesianPath
 
 
 class PackedMotion(Struct, frozen=True, gc=False):
-    """A motion with a goal in joint space, in a third of its memory: only `number` and `goal` are its own; it takes all
-    other fields from the motion `like`.
+    """A motion with a goal in joint space, stored in a third of the usual memory: only `number` and `goal` are its own;
+    it takes all other fields from the motion `like`.
     """
 
     number: int

@@ -26,7 +26,7 @@ from vrs_cli.values.commands import Event, EventEdit, Motion
 from vrs_cli.values.world import WorldState
 
 PART = 128  # number of deltas in one part of a delta log
-# no segment cached; else: index of the segment read last, and that segment
+# the cache of the last read: no segment yet; later it holds the index of the segment read last, and that segment
 _NOT_READ: tuple[int | None, Any] = None, None
 UNPACKED_PARTS = 2  # number of parts that are not packed: the last part, which grows, and the part before it
 
@@ -62,8 +62,8 @@ class TimelineDelta(NamedTuple):
 class Timeline:
     """The trajectory tau[k] of a robot; `version` is k. The first segment, s_0, is the initial pose at the start time,
     without duration. A timeline also has events in order of time, which set the values of channels (`value_at`).
-    `world`: the state of the world at the start, for a robot with a cell, if the timeline is the last part of a longer
-    one.
+    `world`: the state of the world at the start, for a robot in a cell (a described world), if the timeline is the last
+    part of a longer one.
     """
 
     __slots__ = ("_events", "_last_read", "_rope", "version", "world")

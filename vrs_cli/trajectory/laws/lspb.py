@@ -18,9 +18,9 @@ changes its velocity to the wanted one within T / 2. If limits do not matter, th
     q'' = e / T^2 + 2 (w - q') / T
 
 for a target that keeps its velocity w, so the joint follows such a target without a lag. The acceleration is held for
-one tick, as a parabola. If no other target comes, the joints coast for a while and then brake. A joint always leaves
-itself room for both before the end of its range. So a joint that begins inside its range stays inside, whatever targets
-come.
+one tick, as a parabola. If no other target comes, the joints coast for a while and then brake. A joint always keeps
+enough room to coast and brake before the end of its range. So a joint that begins inside its range stays inside,
+whatever targets come.
 """
 
 from __future__ import annotations
@@ -263,7 +263,7 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
     return times if demand.low * times.reach <= 1.0 + SAME_QUOTIENT else None
 
 
-LINE_FIRST_STEPS = 4  # number of search steps towards the shortest blend of two lines, usually the best
+LINE_FIRST_STEPS = 4  # number of search steps towards the shortest blend of two lines, which is usually the best
 RESPONSE_TICKS = 2.5  # [ticks] T of the steering rule: responds fast, and is steady with one target a tick
 COASTING_TICKS = 1.0  # [ticks] joints coast this long for a late target before they brake
 LIMIT_MARGIN = 1.0 - 1e-9  # factor on limits, to allow for rounding

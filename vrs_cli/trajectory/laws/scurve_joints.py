@@ -6,12 +6,12 @@ time T,
     x(v1) = distance of both changes + v1 (T - time of both changes),    dx/dv1 = cruise + (fall + ramp) / 2 > 0,
 
 grows with v1, so Newton's method finds the v1 with the right distance. `fall` is the end of the first change, in which
-the acceleration goes to zero, `ramp` the start of the second. So a joint never exceeds its velocity limit, unless its
-state at the start forces it to. If a joint slows down already, and its goal is a little farther than its quickest stop,
-a cruise without acceleration takes too long; the joint then brakes less, in a single change. (All cases, in closed
-form: Berscheid and Kroeger, Jerk-limited Real-time Trajectory Generation with Arbitrary Target States, 2021.)
+the acceleration goes to zero, and `ramp` is the start of the second. So a joint never exceeds its velocity limit,
+unless its state at the start forces it to. If a joint slows down already, and its goal is a little farther than its
+quickest stop, a cruise without acceleration takes too long; the joint then brakes less, in a single change. (All cases,
+in closed form: Berscheid and Kroeger, Jerk-limited Real-time Trajectory Generation with Arbitrary Target States, 2021.)
 
-The instants between phases are real numbers, the instants between segments lie on the time grid. Each segment continues
+The instants between phases are real numbers; the instants between segments lie on the time grid. Each segment continues
 the cubic of its phase from the nearest instant of the grid. So jerks stay unchanged, position and velocity are
 continuous except for rounding, and the acceleration jumps by at most the jerk times 0.5 ns.
 """

@@ -2,14 +2,15 @@
 
 Steering follows the rule of `lspb` without jumps of the acceleration: each joint has a constant jerk for a tick. Every
 joint wants the velocity `w + g(e)`: the velocity of its target, plus a velocity that removes the error e in
-RESPONSE_TICKS, but at most the velocity from which it can brake over the distance e. It wants the acceleration that
-leads to this velocity and is back at 0 at the same time, as soon as its jerk allows. With n ticks to reduce the
-acceleration to 0, D = w + g - q' - q'' tick / 2,
+RESPONSE_TICKS, but at most the velocity from which it can brake over the distance e. It wants the acceleration with
+which it reaches this velocity, and at the same time acceleration 0, as soon as its jerk limit allows. With n ticks to
+reduce the acceleration to 0, D = w + g - q' - q'' tick / 2,
 
 q''(next) = 2 D / (tick (1 + n)), n >= 1, n (n + 1) >= 2 |D| / (jerk tick^2).
 
-A stop follows the tick, and a joint chooses only jerks that leave room for a stop. If no constant jerk does, the joint
-continues its previous plan, at the latest to its stop. So it stays inside its limits whatever the next targets are.
+A stop follows the tick, and a joint chooses only jerks that leave room for a stop. If no constant jerk leaves such
+room, the joint continues its previous plan, if necessary until the plan brings it to rest. So it stays inside its
+limits whatever the next targets are.
 """
 
 from __future__ import annotations
@@ -287,8 +288,8 @@ def _joints(state: JointState, target: Target, limits: JointLimits) -> list[Join
 
 
 def _jerk(one: Joint, tick: float) -> float | None:
-    """Return the jerk for a tick: the nearest to what the joint wants that its limits allow; None if no jerk keeps
-    them.
+    """Return the jerk for a tick: of all jerks that keep the joint inside its limits, the one nearest to the wanted
+    jerk; None if there is none.
     """
     least = min(max(-one.j_max, (-one.a_max - one.a) / tick), one.j_max)
     most = max(min(one.j_max, (one.a_max - one.a) / tick), -one.j_max)
@@ -324,8 +325,8 @@ def _brakable(way: float, acceleration: float, jerk: float) -> float:
 
 
 def _beyond(one: Joint, jerk: float, tick: float) -> int:
-    """Return 1 if a tick with this jerk makes a joint too fast in the positive direction or leaves it too little room
-    to stop there, -1 in the negative direction, 0 if neither.
+    """Return 1 if a tick with this jerk makes a joint exceed its velocity limit in the positive direction, or leaves
+    too little room to stop before its upper limit; -1 if the same happens in the negative direction; otherwise 0.
     """
     q, v, a = one.q, one.v, one.a
     _, v1, a1 = state_after(q, v, a, tick, jerk)
