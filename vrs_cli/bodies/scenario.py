@@ -296,7 +296,7 @@ class ServoArm:
                     torque[one.joint - 1] -= one.torque
         friction = VISCOUS * velocity + COULOMB * np.tanh(velocity / STICKS_BELOW)
         rest = -(MISSED * acceleration + friction + torque / self._inertia) / BANDWIDTH**2
-        decay = exp(-BANDWIDTH * STEP)  # by which factor the error of a critically damped servo shrinks in a step
+        decay = exp(-BANDWIDTH * STEP)  # the factor by which the error of a critically damped servo shrinks in a step
         a, b = self._error - rest, self._rate + BANDWIDTH * (self._error - rest)
         self._error = rest + (a + b * STEP) * decay
         self._rate = (b - BANDWIDTH * (a + b * STEP)) * decay

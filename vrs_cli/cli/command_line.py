@@ -44,7 +44,7 @@ def refuse(*mistakes: tuple[object, str, str]) -> None:
 
 @contextmanager
 def errors_of_options(*kinds: type[VrsError]) -> Iterator[None]:
-    """Raise a CommandLineError in place of an error of these kinds in the block."""
+    """If the block raises an error of one of these kinds, raise a CommandLineError with the same text instead."""
     try:
         yield
     except kinds as error:

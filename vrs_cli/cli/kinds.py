@@ -203,7 +203,8 @@ def idle_time(text: str) -> float:
 
 
 def _read(parse: Callable[[str], T], text: str) -> T:
-    """Return the value that `parse` reads from the text. Raises ArgumentTypeError in place of a VrsError."""
+    """Return the value that `parse` reads from the text. If `parse` raises a VrsError, raise an ArgumentTypeError
+    instead."""
     try:
         return parse(text)
     except VrsError as error:

@@ -90,7 +90,7 @@ class StepWriter:
         self.lines, self.notes = list[str](), dict[str, None]()
         self.frames = run.frames
         self.before: MoveStep | None = None  # the last move written
-        self.told = dict[str, str]()  # by name of a setting: the last line that was written to set it
+        self.told = dict[str, str]()  # maps the name of a setting to the last line written to set it
         self.data = dict[tuple[str, str], str]()  # by type and value: the name with which the value was declared
 
     @classmethod

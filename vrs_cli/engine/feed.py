@@ -132,7 +132,7 @@ class Subscription(Generic[E]):
             yield event
 
     def end(self) -> None:
-        """End the subscription, also for a reader that is waiting for an event."""
+        """End the subscription. A reader that is waiting for an event stops waiting."""
         self.ended = True
         self._queue.put(None)
 

@@ -41,7 +41,7 @@ from vrs_cli.values.commands import Motion, MotionKind
 
 # number of cached states: a plan needs the states at the ends of its segments several times
 MAX_REMEMBERED_STATES = 128
-SLOWEST = 20.0  # the default of PARAMETER STRETCH: the factor by which a line may be slowed down
+SLOWEST = 20.0  # default of PARAMETER STRETCH: the maximum factor by which a line may be slowed down
 
 
 class _FreeTurn(Struct, frozen=True):

@@ -135,7 +135,7 @@ def _miss(a: transform.Transform, b: transform.Transform, tolerance: Tolerance) 
 
 
 def _as_written(arm: RobotArm, q: Joints) -> Joints:
-    """Return the joints as a program text gives them: rounded to DECIMALS, and limited to their ranges."""
+    """Return the joints as they are written in a program: rounded to DECIMALS, and limited to their ranges."""
     units, model = arm.model.units, arm.model
     rounded = units.read(tuple(round(x, DECIMALS) for x in units.to_display(q)))
     return put_inside(rounded, model.lower, model.upper)

@@ -47,8 +47,8 @@ def rotation_about_batch(axis: Floats, angle: Floats) -> Floats:
 
 
 def to_oat_batch(T: Floats) -> Floats:
-    """Return the VAL-II angles O, A, T (..., 3) [rad] of poses (..., 3, 4), in the same ranges as `transform.to_oat`,
-    also for a vertical tool.
+    """Return the VAL-II angles O, A, T (..., 3) [rad] of poses (..., 3, 4), in the same ranges as those of
+    `transform.to_oat`, even if the tool is vertical.
     """
     ax, ay, az = T[..., 0, 2], T[..., 1, 2], T[..., 2, 2]
     h = np.hypot(ax, ay)

@@ -166,8 +166,8 @@ class MappedArm(RobotArm):
     """An arm that converts its joints and poses for an inner arm, which has the links of a closed form. The methods are
     those of `arm.RobotArm`.
 
-    `swapped`: for which words (of arm, elbow and wrist) the inner arm has the opposite word of the pair, as bits of
-    `Configuration.index`.
+    `swapped`: the word pairs (of arm, elbow and wrist, such as LEFTY and RIGHTY) for which the inner arm has the
+    opposite word, as bits of `Configuration.index`.
     """
 
     def __init__(self, model: RobotModel, way: Canonical, inner: RobotArm, swapped: int) -> None:

@@ -48,7 +48,7 @@ PLACES = 4  # number of targets, which the arm visits again and again in the sam
 REACH = 0.15  # maximum distance of a target from the pose READY, as a fraction of each joint's range
 MEASURED = 1000  # compute the size of the playout buffer from this many frames
 READER = Reader[messages.Delta](messages.Delta)
-PINGS = 100  # number of messages by which the delays are measured before the trial
+PINGS = 100  # number of messages sent before the trial to measure the delays
 
 
 Score = TypeVar("Score", bound=Struct)  # a struct of numbers that measure the result of a trial

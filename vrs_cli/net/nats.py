@@ -160,7 +160,7 @@ class _Robot:
                 asyncio.get_running_loop().call_soon(self._begin_anew)
 
     def _begin_anew(self) -> None:
-        """Publish a welcome and a full snapshot next."""
+        """Let the next publications be a welcome and a full snapshot, from which clients can start again."""
         self._robot.broadcast.resync(self._listener)
         self._robot.wake()
 

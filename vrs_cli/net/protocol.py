@@ -278,7 +278,7 @@ class ClientConnection:
         if self.state is not ConnectionState.OPEN:
             raise RequestRefused("there is no connection", "connect again")
         frame = encode(message, self._outbox.encoding)
-        if len(frame) > USUAL.message:  # the server would cut the connection without telling the reason
+        if len(frame) > USUAL.message:  # the server would cut the connection without giving a reason
             raise RequestRefused(f"{len(frame)} bytes at once, {USUAL.message} at most", "give it in parts")
         if isinstance(message, messages.Request):
             if len(self._unanswered) >= MAX_PENDING and not isinstance(message, messages.Abort):

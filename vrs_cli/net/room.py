@@ -371,7 +371,7 @@ class Room(ServedRobot):
             raise self.session.actor.internal_errors.pop(0)
 
     def _driver_gone(self, who: str) -> None:
-        """Pause or stop a running program whose driver has left, if the plan says so."""
+        """Pause or stop a running program whose driver has left, unless `plan.when_gone` is GO_ON."""
         if not self.session.running or self.plan.when_gone is WhenGone.GO_ON:
             return
         aborts = self.plan.when_gone is WhenGone.ABORT

@@ -24,7 +24,7 @@ LABEL = 11  # columns of the numbers to the left of the curves
 MIN_WIDTH, MIN_HEIGHT = 16, 6
 TICK = 10  # approximate columns between the numbers of the time axis
 TICKS = 0.5  # approximate number of labels of the vertical axis per row of the drawing
-SPAN = 2  # where curves coincide, each is visible for this many columns in turn
+SPAN = 2  # where curves coincide, they alternate: each is drawn for this many columns
 ENTRY = 28  # columns of one legend entry
 
 

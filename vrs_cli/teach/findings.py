@@ -68,7 +68,7 @@ class _Inspection:
         }
         self.variants = [exercise.variant(seed) for seed in exercise.seeds]
         self.models: dict[int | None, Evidence] = {}
-        self.failed = dict[str, str]()  # by name of a check: a file whose run fails the check
+        self.failed = dict[str, str]()  # maps the name of a check to a file whose run fails the check
         self.sound = True  # whether the model solution passes all checks
 
     def findings(self) -> Iterator[Finding]:

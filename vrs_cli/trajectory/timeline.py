@@ -520,7 +520,7 @@ class DeltaColumns:
         return self._motions[self._which[index]]
 
     def segments(self, index: int) -> Sequence[Segment]:
-        """Return the segments of a delta as a sequence that makes them when they are read."""
+        """Return the segments of a delta as a sequence that creates the segment objects when they are read."""
         return PackedSegments(self, index) if self._firsts[index] < self._firsts[index + 1] else ()
 
     def unpack(self, index: int) -> tuple[Segment, ...]:
@@ -529,7 +529,7 @@ class DeltaColumns:
 
 
 class PackedSegments(Sequence[Segment]):
-    """The segments of a packed delta, as a sequence that makes them at each access."""
+    """The segments of a packed delta, as a sequence that creates a segment object at each access."""
 
     __slots__ = ("_columns", "_index")
 

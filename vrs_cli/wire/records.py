@@ -331,7 +331,7 @@ def _rows(T: Transform) -> Rows:
 def _rows_unless_identity(T: Transform) -> Rows | None:
     """Return the rows of a transformation; None for the identity, compared as text, because -0.0 == 0.0 but they print
     differently."""
-    return None if T is IDENTITY or str(T) == str(IDENTITY) else _rows(T)  # compared as text, which tells -0.0 from 0.0
+    return None if T is IDENTITY or str(T) == str(IDENTITY) else _rows(T)
 
 
 def _default(value: float, default: float) -> float:

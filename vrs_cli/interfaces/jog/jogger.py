@@ -33,7 +33,8 @@ MAX_HALVED_STEPS = 7
 SAME_JOINTS = 1e-9  # [rad] joints that change by less than this count as not moved
 INCREMENT = 10.0  # [mm, deg] check a long step of the tool in pieces of this length
 JOG_JOINTS_HINT = "jog the joints away from there first"
-# [mm, deg] at the end of the reach, shorten a line by these lengths in turn until the joints can follow it
+# [mm, deg] at the end of the reach, shorten a line by each of these lengths, the smallest first, until the joints can
+# follow it
 SHORTENINGS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)
 HALVINGS = 12  # number of bisections that find the end of the reach within one piece (INCREMENT) of a step
 MAX_STEP = 1000.0  # [mm, deg] larger steps are refused

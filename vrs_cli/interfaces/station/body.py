@@ -247,7 +247,7 @@ class RobotBody:
     # --- orders and news ---
 
     def command(self, order: measured.BodyMode, at: float | None = None) -> None:
-        """Order the body to follow the timeline or to hold, from the time `at` [s] on; None: from now on."""
+        """Order the body to follow the timeline or to hold, starting at the time `at` [s]; None: now."""
         with self._lock:
             self.order, self.ordered_at = order, self.now() if at is None else at
             if order is measured.BodyMode.FOLLOWS:

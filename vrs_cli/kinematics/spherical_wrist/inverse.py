@@ -85,8 +85,8 @@ def geometry_of(model: RobotModel) -> Geometry | None:
 
 
 def swapped_words(geometry: Geometry, *, down: bool, folded: bool) -> int:
-    """Return for which words (of arm, elbow and wrist) the sign formulas above give the other word of the pair, as bits
-    of `Configuration.index`.
+    """Return the word pairs (of arm, elbow and wrist, such as LEFTY and RIGHTY) for which the sign formulas above give
+    the wrong word, as bits of `Configuration.index`.
 
     `down`: whether axis 1 points down. `folded`: whether the hand points back to the elbow while joint 5 of the
     formulas is 0.

@@ -215,7 +215,7 @@ def find_slips(names: NameFindings) -> dict[str, str]:
 
 
 def used_nowhere(program: Program, hints: Mapping[str, str], surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Warn of the first assignment to each variable in `hints` (from `find_slips`), unless another program uses the
+    """Warn about the first assignment to each variable in `hints` (from `find_slips`), unless another program uses the
     variable or it already has a value."""
     left = {key: hint for key, hint in hints.items() if not surroundings.named_elsewhere(key, program)}
     for statement in program.statements if left else ():
@@ -232,7 +232,7 @@ def _slip(name: str, other: str) -> bool:
 
 
 def confusions(program: Program, names: NameFindings, surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Warn of variables that have the name of a function or an instruction. `names`: the analyzed names of the
+    """Warn about variables that have the name of a function or an instruction. `names`: the analyzed names of the
     program."""
     keys = FUNCTION_NAMES.keys() & {*names.given, *names.first_read, *names.declared, *names.parameters}
     for node in ast.nodes((program.parameters, program.steps)) if keys else ():
@@ -279,7 +279,7 @@ _WAITS = frozenset({"WAIT", "WAIT.EVENT", "CALL", "CALLS", "PAUSE", "RETURN", "S
 
 
 def delays(program: Program) -> Iterator[Diagnostic]:
-    """Warn of the first DELAY that was probably meant to pause the program; DELAY only holds the arm."""
+    """Warn about the first DELAY that was probably meant to pause the program; DELAY only holds the arm."""
     statements = program.statements
     for number, statement in enumerate(statements, 1):
         if isinstance(statement, ast.Instruction) and statement.word == "DELAY":
@@ -315,9 +315,9 @@ def _at_once(statement: Statement) -> bool:
 
 
 def breaks(program: Program, blocks: Collection[Block]) -> Iterator[Diagnostic]:
-    """Warn of each BREAK that was probably meant to leave a loop (in VAL-II it waits for the end of a motion): a BREAK
-    at the end of an IF in a loop, with no motion in this branch of the IF; or any BREAK in a loop of a program without
-    motions."""
+    """Warn about each BREAK that was probably meant to leave a loop (in VAL-II it waits for the end of a motion): a
+    BREAK at the end of an IF in a loop, with no motion in this branch of the IF; or any BREAK in a loop of a program
+    without motions."""
     inside = {step for block in blocks if block.kind in LOOPS for step in range(block.opener, block.closer)}
     steps = [step.statement for step in program.steps] if inside else []
     instructions = [(i, it) for i, it in enumerate(steps) if i in inside and isinstance(it, ast.Instruction)]
@@ -346,7 +346,7 @@ def _may_move(statement: Statement | None) -> bool:
 
 
 def unread_status(program: Program, programs: Iterable[Program]) -> Iterator[Diagnostic]:
-    """Warn of the first FOPENR of a program that reads a file but never uses IOSTAT, if no other program uses IOSTAT
+    """Warn about the first FOPENR of a program that reads a file but never uses IOSTAT, if no other program uses IOSTAT
     either."""
     steps = [one for one in program.statements if isinstance(one, ast.Instruction) and one.word in ("FOPENR", "READ")]
     first = next((one for one in steps if one.word == "FOPENR"), None)
@@ -366,7 +366,7 @@ def unread_status(program: Program, programs: Iterable[Program]) -> Iterator[Dia
 
 
 def endless(program: Program, blocks: Collection[Block], surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Warn of each WHILE or DO loop that cannot end, because none of its steps changes a variable in the condition,
+    """Warn about each WHILE or DO loop that cannot end, because none of its steps changes a variable in the condition,
     waits, or jumps out of the loop. There is no warning if another program sets such a variable, or this program never
     sets it, because the value may then change during the loop."""
     for block in blocks:
@@ -471,7 +471,7 @@ _ASSIGNMENT = r"[ \t]*[#$]?[A-Za-z][\w.]*[ \t]*(?:\[[^\]]*\][ \t]*)?=[ \t]*[^=\s
 
 
 def hidden_statement(statement: Statement, comment: str | None, end: int) -> Iterator[Diagnostic]:
-    """Warn of `x = 3; y = 4` and `MOVE a; MOVE b`: the second statement is only a comment, because `;` begins one.
+    """Warn about `x = 3; y = 4` and `MOVE a; MOVE b`: the second statement is only a comment, because `;` begins one.
     `end`: the column after the comment."""
     if isinstance(statement, ast.DoInstruction):
         statement = statement.statement or statement
@@ -756,8 +756,8 @@ class _Steps(Expressions):
                 _CHECKS[row.name](self, statement)
 
     def _format(self, statement: ast.Instruction, row: Word) -> None:
-        """Warn of TYPE x, /F6.2 (a format applies only to the values after it) and of TYPE /F6,2, x (a comma in place
-        of the decimal point)."""
+        """Warn about TYPE x, /F6.2 (a format applies only to the values after it) and about TYPE /F6,2, x (a comma in
+        place of the decimal point)."""
         last = statement.arguments[-1]
         if isinstance(last, ast.Format) and last.code in "DEFGHIO":
             self.warn(
@@ -778,7 +778,7 @@ class _Steps(Expressions):
                 self.warn(WithoutEffect, value.span, detail, hint)
 
     def _return(self, statement: ast.Instruction) -> None:
-        """Warn of RETURN 5, RETURN a * 2 and RETURN with a parameter, which look as if they return a value (RETURN n
+        """Warn about RETURN 5, RETURN a * 2 and RETURN with a parameter, which look as if they return a value (RETURN n
         skips n steps after the CALL)."""
         given = statement.arguments[0] if len(statement.arguments) == 1 else None
         if isinstance(given, ast.Number | ast.Binary) or (
@@ -843,21 +843,21 @@ class _Steps(Expressions):
             self.fault(UsageError, expression.span, refused.detail, refused.hint)
 
     def _seconds(self, statement: ast.Instruction) -> None:
-        """Warn of DELAY 500, which looks like a time in milliseconds."""
+        """Warn about DELAY 500, which looks like a time in milliseconds."""
         time = next(iter(statement.arguments), None)
         given = ast.plain_number(time)
         if time is not None and given is not None and given >= 100 and given % 50 == 0:
             self.warn(TimeUnit, time.span, "DELAY takes seconds", f"{given:g} ms is {given / 1000:g}")
 
     def _percent(self, statement: ast.Instruction) -> None:
-        """Warn of SPEED 0.5, which looks like a fraction of full speed (50 %)."""
+        """Warn about SPEED 0.5, which looks like a fraction of full speed (50 %)."""
         speed = next(iter(statement.arguments), None)
         given = ast.plain_number(speed)
         if speed is not None and given is not None and 0 < given <= 1 and statement.modifiers.unit in (None, "MONITOR"):
             self.warn(SpeedInPercent, speed.span, "SPEED takes percent", "half speed is SPEED 50")
 
     def _metres(self, place: ast.Call) -> None:
-        """Warn of TRANS(0.3, 0.45, -0.2), which looks like a position in metres: all coordinates are below 2 and at
+        """Warn about TRANS(0.3, 0.45, -0.2), which looks like a position in metres: all coordinates are below 2 and at
         least two are not whole numbers."""
         given = [abs(ast.plain_number(one) or 0.0) for one in place.arguments[:3]]
         if (

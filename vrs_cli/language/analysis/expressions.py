@@ -239,8 +239,8 @@ class Expressions(NameFindings):
         return self._operands(expression, REAL, Kind.REAL)
 
     def _warn_of_chain(self, left: ast.Binary, whole: ast.Binary) -> bool:
-        """Warn of 1 < x < 5, which compares the truth value of 1 < x with 5. Return whether `left`, the left operand of
-        the relation `whole`, is a relation."""
+        """Warn about 1 < x < 5, which compares the truth value of 1 < x with 5. Return whether `left`, the left operand
+        of the relation `whole`, is a relation."""
         if left.operator in RELATIONS:
             first, middle, last = map(expression_text, (left.left, left.right, whole.right))
             hint = f"{first} {left.operator} {middle} AND {middle} {whole.operator} {last}"
@@ -250,9 +250,9 @@ class Expressions(NameFindings):
         return left.operator in RELATIONS
 
     def _check_comparison(self, relation: ast.Binary) -> None:
-        """Warn of SIG(1) == 1 and SIG(1) > 0, whose results are the same for TRUE (-1) and FALSE (0). For a variable in
-        place of SIG(1), record the relation: after the last step `_Steps.finish` warns if the variable has only truth
-        values."""
+        """Warn about SIG(1) == 1 and SIG(1) > 0, whose results are the same for TRUE (-1) and FALSE (0). For a variable
+        in place of SIG(1), record the relation: after the last step `_Steps.finish` warns if the variable has only
+        truth values."""
         left, right = ast.plain_number(relation.left), ast.plain_number(relation.right)
         if (left is None) is (right is None):
             return
@@ -275,7 +275,7 @@ class Expressions(NameFindings):
         )
 
     def signal_number(self, condition: Expression) -> None:
-        """Warn of IF 1001 THEN and IF 1001 == TRUE THEN, which do not read the signal 1001."""
+        """Warn about IF 1001 THEN and IF 1001 == TRUE THEN, which do not read the signal 1001."""
         if isinstance(condition, ast.Number) and condition.value in (*INPUTS, *INTERNAL):
             self.warn(
                 FixedCondition,
@@ -329,7 +329,7 @@ class Expressions(NameFindings):
         return function.result
 
     def angles(self, word: str, given: Sequence[Expression | None]) -> None:
-        """Warn of each angle that is probably in radians, because it contains PI. `word`: the instruction or
+        """Warn about each angle that is probably in radians, because it contains PI. `word`: the instruction or
         function."""
         for angle in given:
             if angle is not None and turns_of_pi(angle) > 0:

@@ -107,7 +107,7 @@ class Structure(DiagnosticCollector):
         self.fault(ControlStructure, span, detail, hint)
 
     def _leaves(self, statement: ast.Instruction) -> None:
-        """Check that at least as many loops surround EXIT or NEXT as its number says."""
+        """Check that EXIT or NEXT is inside at least as many loops as its number requires (`EXIT 2`: two loops)."""
         wanted, around = loops_of(statement), sum(block.kind in LOOPS for block in self._open)
         if not wanted:
             if self._open and self._open[-1].kind is BlockKind.FOR:
@@ -249,8 +249,8 @@ _CLOSERS = (ast.End, ast.Until, ast.Else, ast.Any, ast.Value)
 
 
 def unreachable(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> Iterator[Diagnostic]:
-    """Warn of steps that are never carried out: one warning for each sequence, at its first step, which names the step
-    before it that jumps away.
+    """Warn about steps that are never carried out: one warning for each sequence, at its first step, which names the
+    step before it that jumps away.
 
     Conditions are not evaluated, so WHILE TRUE is taken as a loop that can end. The blocks and labels must be correct.
     """

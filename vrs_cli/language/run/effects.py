@@ -308,7 +308,7 @@ SUCCESS = 1  # status of a unit after an operation without an error
 OPENED, CLOSED = 100, 101
 MODE_BITS = 7  # mask of the mode bits of ATTACH: 1 do not queue, 2 do not wait, 4 let the system choose a unit
 CHOOSE = 4  # mode bit of ATTACH: let the system choose a unit
-ANY = -1  # unit number in AttachUnit by which the system chooses a free unit
+ANY = -1  # unit number in AttachUnit that lets the system choose a free unit
 NO_WAIT = 1  # mode bit of READ and GETC: return immediately if there is no input
 
 

@@ -158,7 +158,8 @@ class System:
         return 0
 
     def run_state(self, task: int) -> int:  # noqa: ARG002 (subclasses use the argument, also below)
-        """Return the state of a task as TASK(1, n) gives it (`operations.IDLE` to `operations.PAUSED`)."""
+        """Return the state of a task as the number that the function TASK(1, n) returns (`operations.IDLE` to
+        `operations.PAUSED`)."""
         return 0
 
     def event(self, task: int) -> bool:  # noqa: ARG002
