@@ -45,7 +45,7 @@ from vrs_cli.trajectory.segment import CartesianPath, Turn
 
 # clearance that must be proved between two samples, as a fraction of the smaller clearance of the two
 KEPT_CLEARANCE = 0.25
-END_PART = 1e-4  # fraction of a path: no closer marks are needed at its ends, where samples are dense anyway
+END_PART = 1e-4  # fraction of a path: its ends need no closer marks, since samples are dense there anyway
 MAX_SEARCH_LOOKS = 5000
 # number of cached surveys: the same line may be planned again, with other stops or while a jog key is held
 REMEMBERED_SURVEYS = 64
@@ -226,7 +226,9 @@ def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Tran
 
 
 def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, float]:
-    """Return bounds of the magnitudes of the first and second derivative of a vector `v` that turns with the tool."""
+    """Return upper bounds for the magnitudes of the first and second derivative of a vector `v` that turns with the
+    tool.
+    """
     if not turns:
         return 0.0, 0.0
     rates = [most(derivative(turn.angle), lasting) for turn in turns]
@@ -275,7 +277,8 @@ class Kinks:
     def end_on_boundary(self) -> Transform:
         """Return T_robot_tool at the end of the line, moved exactly onto the boundary to which the line is tangent.
 
-        Without this correction, the joints would change their direction in the last instant, next to the boundary.
+        Without this correction, the joints would change their direction just before the end of the line, next to the
+        boundary.
         """
         goal = self.path.pose(1.0)
         for touch in self.touches:

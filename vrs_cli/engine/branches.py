@@ -28,7 +28,7 @@ MAIN = "main"
 
 
 class Fork(Struct, frozen=True):
-    """The state of main at the moment when a branch left it: its timeline, and its commands that were not undone."""
+    """The state of main when a branch was made from it: the timeline, and the commands that were not undone."""
 
     timeline: Timeline
     done: tuple[HistoryStep, ...]
@@ -42,7 +42,7 @@ class Fork(Struct, frozen=True):
 
 class _Branch(Struct):
     """A branch. `fork` is None for main. `left`: the state in which the branch was left; None for the current branch,
-    because the engine then has its book.
+    whose state is in the engine.
     """
 
     name: str

@@ -37,7 +37,7 @@ MAX_EXTRA_SAMPLES = 400  # maximum number of samples added to a line
 SEED_DOUBLINGS = 8  # maximum number of doublings of the number of seeds
 SEED_SIDE = 1e-9  # seeds are also checked this close to the instant between two of them (fraction of that instant)
 MAX_NEWTON_REST = 0.2  # fraction of the distance from a seed to the joints that Newton's first step may leave
-PROOF_TOLERANCE = 1e-3  # [rad, m] allowed in addition to that fraction: such joints are on the right branch
+PROOF_TOLERANCE = 1e-3  # [rad, m] allowed in addition to that part of the distance: such joints are on the right branch
 # number of gaps halved together; the shortest come first, so that an impossible line is detected early
 GAPS_AT_ONCE = 8
 

@@ -417,8 +417,8 @@ class Engine:
     # --- dated events ---
 
     def _set_channels(self, it: commands.SetChannels, issued: float | None) -> None:
-        """Put events on the timeline: now, tied to its motions, or at the time of a stamp. Events without a text, and
-        observations, are recorded but do not count as commands. Raises TooLate, as for a motion.
+        """Put events on the timeline: now, tied to its motions, or at the time of a stamp. Events without the text of a
+        command, and observations, are recorded but do not count as commands. Raises TooLate, as for a motion.
         """
         now, number = on_grid(self.now), self.book.number + 1
         tied = it.stamp is None

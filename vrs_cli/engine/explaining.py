@@ -116,7 +116,9 @@ class _Course:
 
     @property
     def way(self) -> float:
-        """The length of the path of the tool tip [m]: the integral of its speed, by Simpson's rule between samples."""
+        """The length of the path of the tool tip [m]: the integral of the speed of the tip, by Simpson's rule between
+        samples.
+        """
         return sum(
             (b - a) / 6.0 * (first.speed + 4.0 * self.sample(0.5 * (a + b)).speed + second.speed)
             for (a, first), (b, second) in pairwise(self.samples)

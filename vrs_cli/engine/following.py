@@ -36,7 +36,7 @@ SINGULAR_MEASURE = (
     1e-4  # singular measure (0: singular) below which a pose counts as singular: a line may only begin or end there
 )
 NEARLY_SINGULAR = 0.1  # singular measure of a pose above which differences of sampled velocities show all accelerations
-MAX_GUESSED_PART = 0.2  # fraction of an interval: longer parts are halved at once if Newton's method fails
+MAX_GUESSED_PART = 0.2  # fraction of an interval: if Newton's method fails, longer parts are halved at once
 MIN_INTERVAL = 1e-9  # minimum interval between samples, as a fraction of a stretch
 CLOSER_PARTS = tuple(
     2.0**-k for k in range(12, 3, -1)
@@ -47,7 +47,7 @@ RATE_STEP = 0.15  # maximum change of a joint velocity between two samples, as a
 HOPELESS_SLOWING = 2.0
 # [rad] maximum difference between the change of a joint and what its velocities at both samples predict
 MAX_JUMP = 2e-3
-MIN_JUMP = 1e-6  # [rad] next to a singular pose, this much of a change needs no explanation: it may be rounding
+MIN_JUMP = 1e-6  # [rad] a joint change up to this next to a singular pose may be due to rounding
 OVERSHOOT = 4.0 / 27.0  # maximum overshoot of a cubic beyond its ends, as a fraction of velocity times duration
 RANGE_STEPS = 24  # maximum number of halvings between two samples, to check the ranges of joints
 STANDING_SPEED = 1e-9  # [m/s, rad/s] a tool slower than this counts as at rest
@@ -457,8 +457,8 @@ def _overshoot(change: float, before: float, after: float) -> float:
     the velocity at each end times the duration.
 
     The bound is the overshoot of the cubic with these velocities, 0 if the cubic is monotonic (Fritsch and Carlson,
-    1980), plus half of the change that the velocities do not explain. The error of the cubic is smaller than this,
-    since it decreases with a higher power of the time.
+    1980), plus half of the change that the velocities do not explain. The error of the cubic is smaller than this
+    bound, since the error decreases with a higher power of the duration.
     """
     unexplained = 0.5 * abs(change - 0.5 * (before + after))
     rising = before * change >= 0.0 <= after * change and max(abs(before), abs(after)) <= 3.0 * abs(change)

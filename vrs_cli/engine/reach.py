@@ -1,7 +1,7 @@
 """Explain why a location is in reach or not: every configuration, the choice of MOVE, and the straight line from here.
 
-The report on the line says whether it is possible, where it stops, and what would work instead. The findings are data,
-which WHY shows. The robot does not move.
+The report on the line says whether the line is possible, where the tool comes to rest on the way or the line becomes
+impossible, and what would work instead. The findings are data, which WHY shows. The robot does not move.
 """
 
 from __future__ import annotations

@@ -179,8 +179,8 @@ def slowing_segments(segments: Timeline | Sequence[Segment]) -> list[Segment]:
 
 def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float | None) -> float:
     """Return the start time [s] of a motion that blends into a motion that slows down: the start of the segments
-    `slowing` or, with a distance `rounding` [m], the instant at which the tip is that near to the corner. The path
-    changes at that instant.
+    `slowing` or, with a distance `rounding` [m], the instant at which the tip comes within that distance of the corner.
+    The path changes at that instant.
     """
     last = slowing[-1]
     if rounding is None:
@@ -220,8 +220,8 @@ def _deadline(resting: Problem) -> float:
 
 
 def plan_corner(moving: Problem, resting: Problem) -> tuple[Segment, ...]:
-    """Plan a motion that rounds the corner in which the previous motion would end. If that takes longer, plan it from
-    rest in the corner. Raises MotionError if neither is possible.
+    """Plan a motion that rounds the corner in which the previous motion would end. If the rounded motion takes longer,
+    plan the motion from rest in the corner. Raises MotionError if neither is possible.
     """
     with suppress(NoWay, NotInTime):
         rounded = plan_directly(moving, resting)

@@ -65,7 +65,7 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
     """Plan a straight-line motion to its pose.
 
     Raises LocationOutOfRange or JointOutOfRange if the line leaves the reach; StraightLineSingular if the joints could
-    follow only at less than 1/`slowest` of the speed, or not from their current velocities; NotInTime.
+    follow only at less than 1/`slowest` of the speed, or cannot continue from their current velocities; NotInTime.
     """
     try:
         return _segments_to(problem)
@@ -133,10 +133,10 @@ def _goal(problem: Problem, state: ToolState) -> Transform:
 
 
 def least_duration(problem: Problem) -> float:
-    """Return a lower bound of the duration [s] of a line from rest: by the limits of the tool, and by the joint
-    accelerations with which the line begins and ends.
+    """Return a lower bound of the duration [s] of a line from rest: it follows from the limits of the tool, and from
+    the joint accelerations with which the line begins and ends.
 
-    Return 0 for arms with redundant joints, or with which the goal of the line may be replaced.
+    Return 0 for an arm with redundant joints, and for an arm that may replace the goal of a line.
     """
     arm, motion, state = problem.arm, problem.motion, problem.tool
     if arm.redundancy or arm.holding(motion.frames.tool).steady is not None:

@@ -1,10 +1,10 @@
 """The measured timeline: the joint positions that the real or simulated arm has reported, in time order, with
 interpolation between two reports.
 
-It is a record: reports are added, and never changed or removed. Between two reports joints are interpolated: by the
-cubic with their positions and velocities if both have a velocity (cubic Hermite interpolation), else by a straight
-line. The joints are unknown (None) before the first report, after the last one, and between two reports that are more
-than GAP seconds apart.
+The timeline is a record: reports are added to it, but never changed or removed. Between two reports joints are
+interpolated: by the cubic with their positions and velocities if both have a velocity (cubic Hermite interpolation),
+else by a straight line. The joints are unknown (None) before the first report, after the last one, and between two
+reports that are more than GAP seconds apart.
 
 Reports are kept in chunks of columns: for each joint 8 bytes of position and 4 of velocity (if there is one), and 9
 bytes for the time and the mode. A `MeasuredTimeline` is a view that never changes, so readers can go on using it while
@@ -43,7 +43,7 @@ _begin, _end = attrgetter("begin"), attrgetter("end")
 
 class _Between(Struct, frozen=True):
     """A time `s` seconds after the report at index `place` of `chunk`; the next report, `after`, is `h` seconds later.
-    `after` is None if there is none within GAP; then `s` is 0.
+    `after` is None if no report follows within GAP seconds; then `s` is 0.
     """
 
     chunk: ReportColumns

@@ -1,7 +1,7 @@
 """Store the reports of the real or simulated arm as columns of plain numbers, contiguous in memory.
 
-A report of n joints takes 8 n bytes for positions, 4 n for velocities and 4 n for efforts where it has them, and 9
-bytes for its time and mode.
+A report of n joints takes 8 n bytes for positions, 4 n for velocities (if any), 4 n for efforts (if any), and 9 bytes
+for its time and mode.
 """
 
 from __future__ import annotations

@@ -328,7 +328,7 @@ class Timeline:
 
     def inverse(self, delta: TimelineDelta) -> TimelineDelta:
         """Return the delta that reverses `delta`. `self` is the timeline before `delta`; the result applies to the
-        timeline after it.
+        timeline after `delta`.
         """
         edit, events = delta.events, None
         if edit is not None:
@@ -458,7 +458,9 @@ class DeltaLog(Sequence[TimelineDelta]):
 
 
 class DeltaColumns:
-    """The deltas of consecutive versions as columns; `_firsts` has the index of the first segment of each delta."""
+    """The deltas of consecutive versions as columns of plain numbers; `_firsts` has the index of the first segment of
+    each delta.
+    """
 
     __slots__ = (  # `_rest` has the columns of `drop` and `shift`; None if all are 0, as in steering
         *("version", "_causes", "_motions", "_which", "_issued", "_executed", "_cut", "_keep", "_rest"),

@@ -59,7 +59,7 @@ class Law(Struct, frozen=True):
     `joint_stops(state, limits, start, motion)`: the possible stops, in the order in which they are tried.
 
     `straight_motion(state, target, limits, least)`: the stretches of a straight line to T_robot_tool `target`; none if
-    the tool is there already. Raises NoTimes.
+    the tool is at it already. Raises NoTimes.
 
     `straight_stop(state, limits)`: the stretches that bring the tool to rest on its line. Raises NoTimes.
 
@@ -145,7 +145,8 @@ class Change(NamedTuple):
     @property
     def ways(self) -> tuple[float, float]:
         """K0 and K1 of the formula in `scurve`: the distance for each unit of the acceleration at the start, and for
-        each unit of the level."""
+        each unit of the acceleration that is held.
+        """
         rise, hold, fall = self
         by_start = rise * rise / 3.0 + 0.5 * rise * (hold + fall)
         by_level = (

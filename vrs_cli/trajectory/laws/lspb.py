@@ -140,8 +140,8 @@ def scalar_demands(components: Sequence[Component]) -> Demands:
 
 
 def vector_demands(displacement: Vector, velocity: Vector, limits: ToolLimits, blend: float) -> Demand:
-    """Return the bounds on u of the tip, so that |c u| <= v_max and |c u - v0| <= a_blend blend, with c = D - v0 blend
-    / 2.
+    """Return the bounds on u that the tip sets, so that |c u| <= v_max and |c u - v0| <= a_blend blend, with c = D - v0
+    blend / 2.
     """
     (dx, dy, dz), (vx, vy, vz), half = displacement, velocity, 0.5 * blend
     cx, cy, cz = dx - half * vx, dy - half * vy, dz - half * vz
@@ -287,7 +287,9 @@ def joint_motion(
 
 
 def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, least: float = 0.0) -> list[ToolStretch]:
-    """Plan the shortest straight-line motion to rest at T_robot_tool `target`; empty if the tool is there already."""
+    """Plan the shortest straight-line motion to rest at T_robot_tool `target`; empty if the tool is at the target
+    already.
+    """
     line = _ToolMotion(state, target, limits)
     return list(line.stretches(line.course(least)))
 

@@ -156,7 +156,7 @@ def _joint_bounds(part: Part, velocity: float, acceleration: float, jerk: float,
 
 
 def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, least: float = 0.0) -> list[ToolStretch]:
-    """Plan the straight-line motion to rest at T_robot_tool `target`; empty if the tool is there already.
+    """Plan the straight-line motion to rest at T_robot_tool `target`; empty if the tool is at the target already.
 
     Raises NoTimes if the state at the start allows no such motion.
     """

@@ -366,7 +366,7 @@ def joint_motion(
 
 
 def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, least: float = 0.0) -> list[ToolStretch]:
-    """Plan the straight-line motion to rest at T_robot_tool `target`; empty if the tool is there already.
+    """Plan the straight-line motion to rest at T_robot_tool `target`; empty if the tool is at the target already.
 
     Raises NoTimes if the state at the start allows no such motion.
     """
@@ -418,8 +418,8 @@ class _ToolMotion(ToolMotion):
     def stop(self) -> Change:
         """Return the shortest change found that brings the tip and the rotation to rest. Raises NoTimes.
 
-        Several fractions of the last ramp are tried as the first ramp: a tool that already slows down needs a short
-        first ramp.
+        Several fractions of the last ramp are tried as the first ramp, since a tool that already slows down needs a
+        short first ramp.
         """
         limits, found = self.limits, list[Change]()
         ramp = max(limits.acceleration / limits.jerk, limits.spin_acceleration / limits.spin_jerk)

@@ -69,7 +69,7 @@ class Phases(NamedTuple):
 
 
 def together(joints: Sequence[Joint], least: float = 0.0) -> tuple[float, list[Phases]]:
-    """Return how long it takes until all joints arrive, at least `least` [s], and the phases of each joint.
+    """Return the time [s] until all joints arrive, which is at least `least`, and the phases of each joint.
 
     If possible, a joint changes its phases at the same instants as the slowest joint, which gives fewer segments.
     Raises NoTimes.

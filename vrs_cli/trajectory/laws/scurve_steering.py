@@ -239,8 +239,8 @@ def steering_of(segments: Sequence[Segment]) -> Joints | None:
 
 
 def _jerk_of(row: Polynomial, then: Polynomial, tick: float) -> float | None:
-    """Return the jerk of a joint in a tick, to the bit. `then`: the cubic after the tick; it decides, since the stored
-    jerk / 6 is the same for several jerks.
+    """Return the jerk of a joint in a tick, to the bit. `then`: the cubic after the tick. Several jerks have the same
+    stored value jerk / 6, so the state in which `then` begins decides between them.
     """
     q, v, half, sixth = row
     near = 6.0 * sixth
