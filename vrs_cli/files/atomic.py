@@ -155,7 +155,9 @@ def _lock_handle(handle: int) -> bool:
 
 
 def _owner(beside: Path) -> str:
-    """Read the owner's process number from a lock file, and return a text for messages."""
+    """Read the owner's process number from a lock file, and return words for a message, such as "another vrs (process
+    42)".
+    """
     try:
         with beside.open("rb", buffering=0) as stream:
             stream.seek(OWNER)
@@ -315,9 +317,7 @@ def check_writable(path: str | Path) -> None:
 
 @contextmanager
 def writing(path: Path, hint: str = "") -> Iterator[None]:
-    """Convert an OSError in the block to a FileError that names the file. `hint`: a hint for the user in place of the
-    usual hint.
-    """
+    """Convert an OSError in the block to a FileError that names the file. `hint`: replaces the usual hint."""
     try:
         yield
     except BrokenPipeError:
@@ -340,7 +340,7 @@ def _hint(path: Path) -> str:
 
 
 def _mode_for(target: Path) -> int:
-    """Return the permissions for a file that replaces `target`: those of the target, or if there is none, those of a
+    """Return the permissions for a file that replaces `target`: those of the target if it exists, otherwise those of a
     new file.
     """
     try:

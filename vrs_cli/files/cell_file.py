@@ -345,7 +345,7 @@ def read_cell(path: str) -> Cell:
 
 
 def parse_cell(text: str, path: str = "cell") -> Cell:
-    """Read a cell from the text of its file. `path`: the file's name in errors. Raises FileDamaged with the line of
+    """Read a cell from the content of its file. `path`: the file's name in errors. Raises FileDamaged with the line of
     each mistake.
     """
     if len(text) > MAX_CELL_CHARS:
@@ -417,7 +417,7 @@ def _table(text: CellText, entry: CellEntry) -> tuple[tuple[str, ...], tuple[tup
 
 
 def _wrong_variable(name: str) -> str:
-    """Return the reason why a name cannot be that of a real or string variable; "" if it can."""
+    """Return the reason why a real or string variable cannot have this name; "" if it can."""
     if _VARIABLE.fullmatch(name) is None:
         return f"{name!r} is no name of a real, as found.x is, or of a string, as $kind is"
     if name.upper() in RESERVED:

@@ -242,7 +242,7 @@ UPRIGHT = (90.0, -90.0, 0.0)  # [deg] O, A, T of a frame whose axes are parallel
 
 
 def quote_value(given: Any) -> str:
-    """Return a value as a text of at most 80 characters, for messages."""
+    """Return a value as a string of at most 80 characters, for messages."""
     text = repr(given) if not isinstance(given, int) or abs(given) < 1e30 else "a huge number"
     return text if len(text) <= 80 else f"{text[:77]}..."
 

@@ -58,7 +58,8 @@ def existing(path: Path) -> Path:
 
 def target(old: Path, new: Path) -> Path:
     """Return the path to which the file `old` is copied or renamed if the user names `new`: a name without an extension
-    gets that of the old file, and a folder gets a file with the old name. Raises FileError if both are the same file.
+    gets that of the old file, and a folder gets a file with the old name. Raises FileError if this is the file `old`
+    itself.
     """
     named = new if new.suffix or new.is_dir() else new.with_name(new.name + old.suffix)
     place = named / old.name if named.is_dir() else named
@@ -205,7 +206,7 @@ BLOCK = 4096  # [B] an empty file counts as this size in a folder of limited siz
 
 class Unit(Struct, eq=False):
     """A logical unit of the disk, as one task uses it. `attached`: whether the task has attached the unit. `file`: the
-    text of the file being read, or the new file being written; None if no file is open. `status`: the status of the
+    content of the file being read, or the new file being written; None if no file is open. `status`: the status of the
     last operation; `length`: the length of the last record read [characters].
     """
 
@@ -241,7 +242,7 @@ class Unit(Struct, eq=False):
         return text
 
     def write(self, text: str) -> None:
-        """Write a text to the open file. Raises FileNotOpened, FileError if the file is open to be read, OSError."""
+        """Write a string to the open file. Raises FileNotOpened, FileError if the file is open to be read, OSError."""
         self.check_open()
         if not isinstance(self.file, NewFile):
             raise errors.FileError("the file is open to be read", "FOPENW and FOPENA open one to be written")
@@ -264,7 +265,8 @@ class Unit(Struct, eq=False):
 class Disk(Struct, eq=False):
     """The logical units and open files of all tasks. File names are relative to `folder`, or to the task's own folder,
     and cannot lead out of it. `spend`: called with the number of bytes before they are written. `hold`: called before a
-    file is opened, with the total size of all files open for reading. Both may raise an error to refuse the operation.
+    file is opened, with the total size of all files open for reading. Both functions may raise an error to refuse the
+    operation.
     """
 
     folder: Folder
@@ -380,7 +382,7 @@ class Disk(Struct, eq=False):
             return error.code
 
     def write(self, task: int, unit: int, text: str) -> None:
-        """Write a text to a unit's file, and set the status. Raises UnitNotAttached, and the errors of `spend`."""
+        """Write a string to a unit's file, and set the status. Raises UnitNotAttached, and the errors of `spend`."""
         one = self.attached_unit(task, unit)
         if isinstance(one.file, NewFile):
             self.spend(len(text.encode("utf-8", "replace")))
@@ -412,7 +414,7 @@ class Disk(Struct, eq=False):
 
 
 def _open(path: Path, access: Access, within: Folder) -> StringIO | NewFile:
-    """Open a file to read, write or append, and return its text or a new file. Raises FileError,
+    """Open a file to read, write or append. Return its content if it is read, otherwise a new file. Raises FileError,
     FileExists, OSError.
     """
     import shutil

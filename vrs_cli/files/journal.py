@@ -144,10 +144,10 @@ class Journal:
     """Writes every change of a robot's timeline to a file, which is locked until `close`.
 
     `path`: the current file; `sound`: whether it is the requested file and complete. `course`: a function that returns
-    all events up to now. `tell`: a function that shows a message to the user before the next answer. `durable=False`
-    (for batch runs): write only large pieces, and the rest at the end. `together`: do not sync each change; `settle`
-    syncs several changes at once, before any of them is answered. `past`: reads older parts from the file if they are
-    dropped from memory. Raises FileError.
+    everything the journal must contain up to now. `tell`: a function that shows a message to the user before the next
+    answer. `durable=False` (for batch runs): write only large pieces, and the rest at the end. `together`: do not sync
+    each change; `settle` syncs several changes at once, before any of them is answered. `past`: reads older parts from
+    the file if they are dropped from memory. Raises FileError.
     """
 
     def __init__(
@@ -167,7 +167,7 @@ class Journal:
         self._owed = b""  # lines of earlier changes that have not been written yet
         self._before: _Before | None = None
         self._held, self._closed = it.held, False
-        # reports of the real arm that have not been written yet; `_reports_due`: when to write them
+        # reports of the real arm that have not been written yet; `_reports_due`: the time at which to write them
         self._reports: list[Report] = []
         self._reports_due = -inf
         self._places: list[int] = []  # file position of every PART-th delta
@@ -356,16 +356,16 @@ class Journal:
         return self.past.read_deltas(first, last)
 
     def keep_row(self, row: Row) -> KeptRow | None:
-        """Write a row of segments, so that it can be dropped from memory. Return where it is stored; None if it cannot
-        be written now.
+        """Write a row (sequence) of segments, so that it can be dropped from memory. Return its place in the file;
+        None if it cannot be written now.
         """
         assert self.past is not None, "it is kept to be read back"
         place = self._repeat(lambda: self._lines.row(row))
         return None if place is None else KeptRow(self.past, place)
 
     def keep_events(self, row: EventRow) -> int | None:
-        """Write a row of events, so that it can be dropped from memory. Return its file position; None if it cannot be
-        written now.
+        """Write a row (sequence) of events, so that it can be dropped from memory. Return its file position; None if it
+        cannot be written now.
         """
         return self._repeat(lambda: self._lines.events(row))
 
@@ -402,8 +402,8 @@ class Journal:
     # --- a new file ---
 
     def _leave_if_changed(self, before: _Before | None = None) -> bool:
-        """Return whether somebody else has changed the file. If so, continue in a new file with all events before the
-        current change.
+        """Return whether somebody else has changed the file. If so, continue in a new file that has all events before
+        the change that is being written.
         """
         what = self._file.find_change()
         if what:

@@ -93,8 +93,8 @@ def open_to_write(path: Path) -> BinaryIO:
 
 
 def _wait_for(act: Callable[[], V | None], why_not: str) -> V:
-    """Call `act` repeatedly until it returns a value other than None, and return this value. Raises OSError with the
-    text `why_not` after PIPE_WAIT_S.
+    """Call `act` repeatedly until it returns a value other than None, and return this value. After PIPE_WAIT_S raise an
+    OSError with the message `why_not`.
     """
     ends = time.monotonic() + PIPE_WAIT_S
     while (made := act()) is None:

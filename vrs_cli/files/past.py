@@ -123,7 +123,7 @@ V = TypeVar("V")
 
 
 class JournalLine(NamedTuple):
-    """The record of a line (its text without the checksum), and the file positions of the line's start and end."""
+    """The record of a line (the line without its checksum), and the file positions of the line's start and end."""
 
     record: bytes
     place: int
@@ -140,7 +140,8 @@ class Past:
         self, file: GrowingFile, form: Form, places: Iterable[int] = (), checkpoint: int | None = None
     ) -> None:
         self.file, self.form, self.places, self.checkpoint = file, form, list(places), checkpoint
-        self._read_to, self._motions = 0, Motions()  # how many deltas have been read in order, and their motions
+        # for an older file: number of deltas read from the start, and the motions described in them
+        self._read_to, self._motions = 0, Motions()
 
     @lru_cache(CACHED_ROWS)  # noqa: B019 (closed journals are few, and other entries soon replace theirs)
     def row(self, place: int) -> Row:
@@ -272,7 +273,9 @@ def resume_journal(file: GrowingFile, changes: int) -> Resumed | None:
 
 
 def _last_checkpoint(file: GrowingFile) -> int | None:
-    """Search a file backwards for the last complete checkpoint, and return its file position; None if there is none."""
+    """Search a file backwards for the last complete checkpoint. Return its file position, or None if the file has no
+    such checkpoint.
+    """
     mark, begin, overlap, last_end = b"\n" + wire.CHECKPOINT, file.size, b"", -1
     while begin:
         size = min(begin, CHUNK)
@@ -394,8 +397,8 @@ def _event_parts(record: wire.CheckpointRecord, file: GrowingFile) -> Iterator[O
 
 
 def part_record(offset: float, leaf: Leaf[Row] | Leaf[EventRow]) -> wire.PartRecord:
-    """Return the journal record of a leaf: a part of a stored row. The times in the row plus `offset` [s] are the times
-    in the timeline.
+    """Return the journal record of a leaf (a part of a stored row of segments or events). `offset` [s] is added to the
+    times in the row to get the times in the timeline.
     """
     kept = leaf.row.kept
     place = kept.place if isinstance(kept, KeptRow) else kept

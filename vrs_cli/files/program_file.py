@@ -43,8 +43,8 @@ def read_program_file(path: str | Path, within: Folder = FREE) -> str:
 
 
 def cell_of_program(text: str, path: Path | None, folder: Folder) -> tuple[Path, str] | None:
-    """Return the path of a program's cell file, and a text that says where this is stated. The comment `; cell: FILE`
-    above the first program names the cell file, relative to `folder`; without this comment it is NAME.toml in the
+    """Return the path of a program's cell file, and words that say where the cell file is named. The comment `; cell:
+    FILE` above the first program names the cell file, relative to `folder`; without this comment it is NAME.toml in the
     folder of NAME.v2. Return None if there is no cell file. Raises FileOutside.
     """
     named, span = named_above(text, "cell") or (None, None)
@@ -55,8 +55,8 @@ def cell_of_program(text: str, path: Path | None, folder: Folder) -> tuple[Path,
 
 
 def project_of(path: Path, text: str, *, closed: bool = False) -> dict[Path, str]:
-    """Return, by path, the texts of a program file and of all files that belong to it: those named in comments `; with:
-    FILE` above the first program, and so on from file to file. Names are relative to the file with the comment.
+    """Return, by path, the contents of a program file and of all files that belong to it: those named in comments `;
+    with: FILE` above the first program, and so on from file to file. Names are relative to the file with the comment.
     `closed`: the named files must be in the folder of this file, and links are not allowed. Raises NonexistentFile,
     FileOutside, FileError, FileDamaged.
     """
@@ -146,8 +146,8 @@ PRIVATE = 0o700  # permissions of the folder of recovery files (XDG Base Directo
 
 class Recovery:
     """The recovery file of one shell, created when there is something to write. Its methods raise no errors: if the
-    file cannot be created, nothing can be recovered later. A thread writes the file, because syncing may be slow; if it
-    is given several texts while it writes, it then writes only the last one.
+    file cannot be created, nothing can be recovered later. A thread writes the file, because syncing may be slow; if
+    `write` is called several times meanwhile, the thread then writes only the last version.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -160,7 +160,7 @@ class Recovery:
         self._held: HeldLock | None = None
 
     def write(self, text: str) -> None:
-        """Write a text in the thread; it replaces the previous text."""
+        """Write the programs (`text`) in the thread, in place of the previous version."""
         self._text = text
         self._writer.submit(self._write)
 

@@ -252,7 +252,7 @@ def in_lines(
     found: Iterable[Breach], timeline: Timeline, deltas: Sequence[TimelineDelta], lines: Sequence[int]
 ) -> Iterator[Fault]:
     """Yield a fault for each breach (a time at which the timeline violates a limit). The fault has the number of the
-    last line that made one of the two segments at the breach, or that cut off the first of them where it now ends.
+    last line that made one of the two segments at the breach, or that shortened the first of them to its current end.
     """
     for breach in found:
         neighbours = [timeline[index] for index in (breach.index - 1, breach.index) if index >= 0]

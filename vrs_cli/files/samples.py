@@ -75,7 +75,7 @@ MESSAGE_CODE, INDEX_CODE = 5, 7
 _MESSAGE = struct.Struct("<BQHIQQ")
 _INDEX = struct.Struct("<BQHI")  # head of a message index record: opcode, length, channel, length of the entries
 CDR_HEAD = b"\x00\x01\x00\x00"
-# a field of a message: a text, several texts, or a `struct` format with its numbers
+# a field of a message: a string, several strings, or a `struct` format with its numbers
 Field = str | list[str] | tuple[Any, ...]
 
 _TIME = "int32 sec\nuint32 nanosec"

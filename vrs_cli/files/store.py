@@ -1,4 +1,4 @@
-"""Write the programs and variables in memory as the text of a program file (STORE, STOREP, STOREL, STORER, STORES),
+"""Write the programs and variables in memory as the content of a program file (STORE, STOREP, STOREL, STORER, STORES),
 with the comments and blank lines of the loaded files at their old positions. Comments inside a program are stored with
 the program. A `Layout` contains all other comments: lines before a program or a section of variables, lines before a
 variable, the comment on a variable's line, and the lines at the end of a file.
@@ -96,7 +96,7 @@ class Layout(Struct, frozen=True):
 
     def laid_out(self, parts: Iterable[Program | Section]) -> Iterator[Program | Section | Loose]:
         """Yield programs and sections in order, each after its comments and blank lines. Blank lines at the start of
-        the text are left out.
+        the file are left out.
         """
         begun = False
         for part in parts:
@@ -162,7 +162,7 @@ def store(
     programs: Sequence[str] = (),
     layout: Layout = NO_LAYOUT,
 ) -> str:
-    """Return the text of a file from which LOAD restores the parts `what` of the memory. `programs`: see
+    """Return the content of a file from which LOAD restores the parts `what` of the memory. `programs`: see
     `choose_parts`.
     """
     everything = not programs and set(what) >= EVERYTHING
@@ -182,8 +182,8 @@ def choose_parts(
 
 
 def text_of(parts: Sequence[Program | Section], layout: Layout = NO_LAYOUT, *, everything: bool) -> str:
-    """Return programs and sections as text, with the comments of `layout`. `everything`: whether the whole memory is
-    written; the comments at the end of files are then included.
+    """Return programs and sections as a string, with the comments of `layout`. `everything`: whether the whole memory
+    is written; the comments at the end of files are then included.
     """
     from vrs_cli.language.text.printer import print_file
 

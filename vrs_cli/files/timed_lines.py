@@ -175,8 +175,8 @@ def read_signals(path: str) -> Inputs:
 
 
 def parse_signals(text: str, path: str = "signals", form: str = FORM) -> Inputs:
-    """Read changes of input signals from a text. `form`: the correct form of a line, for errors. Raises FileDamaged
-    that lists every wrong line.
+    """Read changes of input signals from the content of a file. `form`: the correct form of a line, for errors. Raises
+    FileDamaged that lists every wrong line.
     """
     changes, wrong = list[InputChange](), list[str]()
     for number, line in enumerate(text.splitlines(), 1):
@@ -205,7 +205,7 @@ def listed_signals(rows: Iterable[tuple[float, int, bool]]) -> Inputs:
 
 
 def _change(fields: list[str]) -> InputChange | str:
-    """Return the signal change that a line describes, or a text that says what is wrong with the line."""
+    """Return the signal change that a line describes, or a message that says what is wrong with the line."""
     if len(fields) != len(HEADING):
         return f"{count(len(fields), 'field')} where 3 are wanted"
     time, signal, state = fields

@@ -250,7 +250,9 @@ class RobotArm:
         raise NotImplementedError
 
     def shortest_walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Walk:
-        """Return the walk from `begin` through the poses with the shortest joint motion, ignoring the joint ranges."""
+        """Return the walk (small steps) from `begin` through the poses that has the shortest joint motion, ignoring the
+        joint ranges.
+        """
         raise NotImplementedError
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
@@ -328,8 +330,8 @@ class RobotArm:
         return min(found, key=lambda q: self.shortest_time(near, q))
 
     def shortest_time(self, a: Joints, b: Joints) -> float:
-        """Return the time from joints a to joints b [s]: that of the joint that takes longest, if each moves at its
-        maximum velocity.
+        """Return the time [s] to move from joints a to joints b if each joint moves at its maximum velocity: the time
+        of the joint that takes longest.
         """
         return max(abs(y - x) / v for x, y, v in zip(a, b, self.model.max_velocity, strict=True))
 
@@ -360,7 +362,8 @@ class RobotArm:
         return tuple(nearest_turn(x, middle) if turns else x for x, middle, turns in rows)
 
     def _other_way(self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]) -> str:
-        """Return a hint to say the words of another configuration that reaches T; empty if no configuration does.
+        """Return a hint that names the words of another configuration that reaches T; it is empty if no configuration
+        does.
 
         The hint has as few words as possible. If several configurations need equally few, it names the one with the
         shortest motion.
@@ -403,16 +406,16 @@ class RobotArm:
         """Check that the joints can make the motions that a pose needs (a SCARA, for example, cannot tilt its tool).
         Raises LocationOutOfRange.
 
-        The error gives the nearest possible values of the user's location, T_world_tool = T_robot_world^-1 T
-        T_flange_tool.
+        The error gives the nearest reachable values of the location as the user entered it: T_world_tool =
+        T_robot_world^-1 T T_flange_tool.
         """
         if (forbidden := self.unchanging.forbids(T)) is not None:
             asked, instead = (compose(inverse(T_robot_world), compose(P, T_flange_tool)) for P in (T, forbidden.right))
             raise LocationOutOfRange(f"this robot {forbidden.what}", f"give {difference(asked, instead)} instead")
 
     def check_tool(self, T_flange_tool: Transform) -> None:
-        """Check that turns of the flange that do not count for the task leave the tip of this tool in place. Raises
-        IllegalValue.
+        """Check that the tip of this tool stays in place if the flange turns in a way that does not count for the task.
+        Raises IllegalValue.
         """
         free = [not counts for counts in self.model.counts[3:]]
         x, y, z = position(T_flange_tool)
@@ -428,7 +431,7 @@ class RobotArm:
     # --- clearances (distances from unreachable and singular poses)
     # --------------------------------------------------------------------------------------
 
-    # the point and direction of which clearances are computed; None for an arm without a closed form
+    # the point and direction fixed to the flange whose clearances are computed; None for an arm without a closed form
     hand: Hand | None = None
     # poses with smaller clearances count as on the boundary of the reach, or as having a straight wrist
     boundary = Clearance()

@@ -34,8 +34,8 @@ CONSTANT = 1e-9  # [m, sine] coordinates and directions that change less than th
 
 
 class Forbidden(Struct, frozen=True):
-    """The reason why an arm cannot reach a pose, as a text for users (`what`), and the nearest pose of the flange that
-    it can reach (`right`).
+    """The reason why an arm cannot reach a pose, as a message for users (`what`), and the nearest pose of the flange
+    that the arm can reach (`right`).
     """
 
     what: str
@@ -105,7 +105,7 @@ def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unc
 
 
 def difference(asked: Transform, instead: Transform) -> str:
-    """Return a text with the angles O, A, T of the pose `instead` [deg]. If the pose `asked` has the same angles,
+    """Return a string with the angles O, A, T of the pose `instead` [deg]. If the pose `asked` has the same angles,
     return the coordinates of `instead` that differ [mm].
     """
     rows = list(zip("OAT", map(degrees, transform.to_oat(instead)), strict=True))
@@ -218,7 +218,7 @@ class TwoBars(Struct, frozen=True):
 
     def refusal(self, clearance: Clearance, end: str, hint: str) -> LocationOutOfRange:
         """Return the error for a pose out of reach with this clearance. `end`: the name of the arm's part at the end of
-        the bars, for the text. `hint`: replaces the usual hint if not empty.
+        the bars, for the message. `hint`: replaces the usual hint if not empty.
         """
         across = sqrt(max(clearance.shoulder + self.side * self.side, 0.0))
         if across < self.side:

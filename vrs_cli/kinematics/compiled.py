@@ -295,7 +295,7 @@ def written(head: str, lines: Iterable[str], names: dict[str, Any]) -> Callable[
 LOST = 1e-10  # elimination treats pivots below this fraction of the largest coefficient as 0 with rounding errors
 SMALL = 1e-4  # [m, 1] if all pivots of a column are smaller, the matrix counts as singular
 LARGE = 0.1  # [m, 1] a pivot that is larger is used without searching for the largest
-DEMAND = 1e-9  # maximum right side of an equation whose coefficients are all 0, else the system has no solution
+DEMAND = 1e-9  # if all coefficients of an equation are 0 and |right side| is larger, the system has no solution
 
 
 def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
@@ -346,8 +346,8 @@ def squares(rows: Sequence[Sequence[float]], *wanted: Sequence[float]) -> tuple[
 
 @cache
 def _elimination(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], ...] | None]:
-    """Return a generated function that solves n equations for `sides` right sides. It has no loops, and takes a third
-    of the time of loops over lists.
+    """Return a generated function that solves n equations for `sides` right-hand sides. It is fully unrolled, and takes
+    a third as long as loops over lists.
     """
     rows = ", ".join(f"({comma_list(f'a{r}_{c}' for c in range(n))})" for r in range(n))
     lines = [f"{rows}, = rows"]

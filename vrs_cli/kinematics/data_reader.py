@@ -95,8 +95,8 @@ class DataReader(Struct, frozen=True):
         return FileDamaged(f"{self.file}: {key}: {what}", right)
 
     def number_list(self, data: object, key: str, quantities: Sequence[Quantity], right: str) -> tuple[float, ...]:
-        """Check a list of numbers, one for each quantity, and return the numbers in SI units. `right`: the text of an
-        error that says what would be right. Raises FileDamaged.
+        """Check a list of numbers, one for each quantity, and return the numbers in SI units. `right`: the part of the
+        error message that says what would be right. Raises FileDamaged.
         """
         if not isinstance(data, list | tuple) or len(data) != len(quantities):
             raise self.wrong(key, f"is not a list of {len(quantities)} numbers", right)

@@ -128,7 +128,7 @@ COLOURS = {
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
-    """Return red, green and blue (0 to 255) for a name in COLOURS or a text #rrggbb."""
+    """Return red, green and blue (0 to 255) for a name in COLOURS or a string #rrggbb."""
     if colour in COLOURS:
         return COLOURS[colour]
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)

@@ -271,7 +271,7 @@ class Origin(Struct, frozen=True):
     """The source of a model that was read from a URDF file, as shown to users.
 
     `base`, `tip`: the links at both ends of the arm in the file. `joints`, `types`: the names and types of the joints.
-    `fingers`: the joints of the hand. `notes`: texts about choices that vrs made because the file does not determine
+    `fingers`: the joints of the hand. `notes`: messages about choices that vrs made because the file does not determine
     them.
     """
 
@@ -364,11 +364,11 @@ class RobotModel(_ModelData):
         return JointUnits(tuple(link.kind for link in self.links))
 
     def joint_text(self, joint: int, x: float, decimals: int = 2) -> str:
-        """Return the value x [rad, m] of a joint (counted from 1) as a text with its unit."""
+        """Return the value x [rad, m] of a joint (counted from 1) as a string with its unit."""
         return f"{self.units.one_shown(joint, x):z.{decimals}f} {self.units.unit(joint)}"
 
     def range_of(self, joint: int, decimals: int = 2) -> str:
-        """Return the range of a joint (counted from 1) as a text with its unit."""
+        """Return the range of a joint (counted from 1) as a string with its unit."""
         low = self.units.one_shown(joint, self.lower[joint - 1])
         return f"{low:z.{decimals}f} to {self.joint_text(joint, self.upper[joint - 1], decimals)}"
 
@@ -440,7 +440,7 @@ def levers(model: RobotModel) -> tuple[Vector, tuple[float, ...]]:
     lever) [m].
 
     A lever is the length of a path: from the flange to the nearest point of the last axis, from there to the nearest
-    point of the previous axis, and so on. These distances change only if a joint slides.
+    point of the previous axis, and so on. The parts of this path change their lengths only if a joint slides.
     """
     at, far, found = position(link_frames(model, (0.0,) * model.joint_count)[-1]), 0.0, list[float]()
     rows = zip(joint_axes(model), model.links, model.lower, model.upper, strict=True)

@@ -318,7 +318,7 @@ class ModelReader(DataReader, frozen=True):
         return {name: self.number(value, f"{key}.{name}", quantities[name]) for name, value in table.items()}
 
     def words(self, data: object, key: str) -> dict[str, str]:
-        """Check a table whose values are texts, numbers or booleans, and return the values as strings."""
+        """Check a table whose values are strings, numbers or booleans, and return the values as strings."""
         if not isinstance(data, Mapping) or not all(isinstance(value, str | int | float) for value in data.values()):
             raise self.wrong(key, "is not a table of words and numbers", 'write it as xacro = { prefix = "left_" }')
         return {

@@ -174,7 +174,8 @@ class SerialBatch:
         """
         assert self.formula is not None  # numerical arms override this method
         near, q = np.broadcast_to(near, (len(T), self.joints)), np.empty((len(T), self.joints))
-        # both sides of a choice are computed for all rows, so the side not taken may be invalid
+        # both alternatives of a conditional expression are computed for all rows, so the one that is not used may be
+        # invalid
         with np.errstate(invalid="ignore", divide="ignore"):
             for part in chunks(len(T)):
                 q[part] = self.formula(columns(T[part]), configuration, columns(near[part])).T

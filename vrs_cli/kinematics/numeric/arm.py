@@ -36,10 +36,15 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.batch import Continuation, NumericBatch
 
 
-PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # weights of the gradient, summed over all steps of a walk, of the walks to try
-MIN_MARGIN = 0.03  # fraction of a range: a walk that stays this far from all ends is accepted immediately
+# total weights of the gradient (summed over all steps of a walk) that are tried one after the other
+PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)
+# fraction of a joint's range: a joint path (walk) that stays at least this far from every joint limit is accepted
+# immediately
+MIN_MARGIN = 0.03
 ROUNDING = 1e-9  # allowed rounding error of a margin, as a fraction of a range
-BEYOND = 0.02  # fraction of a range: a walk may go this far outside, because its coarse steps are not the exact line
+# fraction of a joint's range: a walk may exceed a joint limit by this much, because its coarse steps are not the exact
+# line
+BEYOND = 0.02
 THERE = 0.01  # [m, rad] a walk counts as successful if its error at the last pose is smaller
 WALK_DAMPING = 1e-9  # [m2, rad2] damping of the pseudo-inverse at singular joints
 ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {ArmTask.STEADY.value!r}"
@@ -84,9 +89,7 @@ class NumericArm(RobotArm):
         return self._freedom_at(q, self._all)
 
     def _freedom(self, joints: Sequence[int]) -> float:
-        """Return how well these joints alone move the flange: the sum of Yoshikawa's manipulability over
-        sample poses.
-        """
+        """Return how well these joints alone move the flange: Yoshikawa's manipulability, summed over sample poses."""
         return sum([self._freedom_at(q, joints) for q in islice(some_joints(self.model), MEASURED)])
 
     def _freedom_at(self, q: Joints, joints: Sequence[int]) -> float:
@@ -182,7 +185,7 @@ class NumericArm(RobotArm):
         return self._walk(begin, poses, asked, PARTS[0])
 
     def _walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked, part: float) -> Walk:
-        """Return the walk for this total weight of the gradient."""
+        """Return the walk (small steps along the poses) with this total weight of the gradient."""
         q, margin, total, steps = begin, 1.0, list[Joints](), len(poses) - 1
         axes = [_axis(joint, len(q)) for joint, _ in asked]
         others = [i for i in self.still_joints if i not in dict(asked)]
@@ -256,8 +259,9 @@ class NumericArm(RobotArm):
         return min(found, key=lambda q: self.shortest_time(near, q))
 
     def _solutions(self, T: Transform, near: Joints) -> list[Joints]:
-        """Return solutions inside the limits: for a redundant arm the one that a search from `near` finds; otherwise,
-        or if there is none, those found from the first successful round of starts.
+        """Return solutions inside the limits. For a redundant arm, return the solution that a search from `near` finds.
+        For other arms, or if this search fails, return the solutions found from the first successful round of starting
+        points.
         """
         if not self.unchanging.allows(T) or self.beyond(T):
             return []
@@ -298,8 +302,8 @@ class NumericArm(RobotArm):
     def _search(
         self, T: Transform, q: Joints, demands: Demands = (), *, bounded: bool
     ) -> tuple[Joints | None, tuple[float, float]]:
-        """Search from the start q for joints that reach T and meet the demands. Return the joints, or None and the
-        remaining distance [m] and angle [rad].
+        """Search from the start q for joints that reach T and meet the demands (prescribed sums of joints). Return the
+        joints, or None and the remaining distance [m] and angle [rad].
         """
         if not self.unchanging.allows(T):
             return None, (0.0, 0.0)

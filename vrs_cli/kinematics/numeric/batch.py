@@ -65,8 +65,8 @@ class NumericBatch(SerialBatch):
         self.counts = np.array(model.counts)
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        """Return for each pose the result of the first search (of those from the first round of starts)
-        that succeeds.
+        """For each pose, return the result of the first successful search; only searches from the first round of
+        starting points are considered.
         """
         q, middle = np.full((len(T), self.joints), np.nan), (self.lower + self.upper) / 2
         if self.solve is not None:
@@ -132,11 +132,11 @@ class NumericBatch(SerialBatch):
                 stuck = rows[np.abs(q[rows] - before).max(axis=1) < CONVERGED]
                 missing = self._missing(self.forward(q[stuck]), T[stuck])
                 away, turned = np.linalg.norm(missing[:, :3], axis=1), np.linalg.norm(missing[:, 3:], axis=1)
-                # such errors do not show in three decimals, so the pose counts as reached
+                # errors this small do not show in three decimals, so the pose counts as reached
                 there = stuck[(away <= LEVEL) & (turned <= STRAIGHT)]
                 found[there] = q[there]
                 rows = np.setdiff1d(rows, stuck)
-        if guides is None and len(rows):  # on lines (with guides) singular poses are refused
+        if guides is None and len(rows):  # accept singular poses, but not on lines (with guides)
             there = rows[np.abs(self.error(q[rows], T[rows])[1]).max(axis=1) < SINGULAR]
             found[there] = q[there]
         return found
@@ -224,7 +224,7 @@ def _as_long_as_angle(v: Floats, cosine: Floats) -> Floats:
 # --- the proof of continuous joints ----------------------------------------------------------------------------------
 
 LENGTH = 0.4  # unit of length in proofs, as a fraction of the longest lever; proofs succeed most often with this value
-MAX_KANTOROVICH = 0.5  # maximum beta L eta (see above) at which the theorem of Kantorovich is valid
+MAX_KANTOROVICH = 0.5  # the theorem of Kantorovich is valid if beta L eta (see above) is at most this
 LOST = 0.9  # maximum |1 - A F'| that a proof accepts; F' is certain to have an inverse if this norm is below 1
 HERMITE = 1.0 / 384.0  # maximum interpolation error of the cubic, as a fraction of the fourth derivative
 # maximum error of the cubic caused by errors of its slopes at both ends, as a fraction of these errors
@@ -310,8 +310,8 @@ class Continuation:
         self.place_bend = float(np.linalg.norm(np.where(self.turns[first], self.levers[later], 0.0), 2))
 
     def prove(self, gaps: Gaps, pieces: int) -> Flags:
-        """Return for each gap whether the joints are proved to be continuous in it (k,). The proof divides a gap into
-        `pieces`.
+        """Return for each gap (interval between samples) whether the joints are proved to be continuous in it (k,). The
+        proof divides each gap into `pieces` pieces.
         """
         n = float(self.turns.sum())
         missed, bend = self._bounds(gaps)

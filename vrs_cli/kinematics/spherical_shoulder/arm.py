@@ -51,8 +51,8 @@ HALVINGS = 5  # number of times the grid step is halved to refine the best value
 
 
 def has_spherical_shoulder(links: Sequence[Link]) -> bool:
-    """Return whether axes 1 to 3 meet in one point and axes 5 and 6 too, for links with the alphas of the
-    table above.
+    """Return whether axes 1 to 3 meet at one point and axes 5 and 6 also intersect. The link twists (alpha) must be
+    those in the table above.
     """
     l1, l2, l3, l4, l5, l6, _ = links
     offsets = l1.a, l2.a, l5.a, l2.d, l4.d, l6.d
@@ -130,8 +130,8 @@ class SphericalShoulderArm(NumericArm):
         return super().branches(T)
 
     def _solutions(self, T: Transform, near: Joints) -> list[Joints]:
-        """Return the solution inside the limits that the arm reaches soonest from `near`, in a list; for a pose close
-        to that at `near`, the solution that the numerical search finds from there.
+        """Return a list with the solution inside the limits that the arm reaches soonest from `near`. If the pose is
+        close to the flange's pose at `near`, return the solution that the numerical search finds from `near`.
         """
         if self.beyond(T):
             return []
@@ -151,7 +151,7 @@ class SphericalShoulderArm(NumericArm):
         return [] if q is None else [q]
 
     def _grid(self, q7: float, step: float) -> list[float]:
-        """Return the values q7 + k step (k an integer) in the range of joint 7, those nearest to q7 first."""
+        """Return the values q7 + k step (k an integer) in the range of joint 7, in order of their distance from q7."""
         low, high = self._limits[6]
         numbers = range(ceil((low - q7) / step), int((high - q7) / step) + 1)
         return sorted([q7 + k * step for k in numbers], key=lambda x: abs(x - q7))

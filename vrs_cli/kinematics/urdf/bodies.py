@@ -97,7 +97,7 @@ def _solid(tree: Tree, inertial: Element, T: Transform) -> _Solid | None:
 
 
 def _together(solids: Sequence[_Solid | None]) -> link_data.LinkMasses | None:
-    """Add up all solids of a body; return None if one mass is unknown, or the body has no mass."""
+    """Add up all solids of a body; return None if one of their masses is unknown, or if the body has no mass."""
     known = [one for one in solids if one is not None]
     if not known or len(known) < len(solids):
         return None

@@ -5,8 +5,8 @@ branches are two arms. `notes` tell the user about choices that the file does no
 differently by naming base and tip.
 
 The module measures at which end of its range each finger joint is closed, how wide the open hand is, and along which
-axis the fingers point. The axis matters because APPRO and DEPART move along the tip's Z, and in the files of many
-makers fingers point along another axis.
+axis the fingers point. The axis matters because APPRO and DEPART move along the tip's Z, but in the files of many
+manufacturers the fingers point along another axis.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _WRIST_JOINT = re.compile(r"rotat|(?<!t)roll|yaw|pitch|wrist|twist", re.IGNORECA
 @dataclass(frozen=True)
 class Choice:
     """The arm that was chosen in a file. `way`: all joints from base to tip, including fixed joints. `fingers`: all
-    moving joints of the hand. `notes`: texts for the user about the choice.
+    moving joints of the hand. `notes`: messages for the user about the choice.
     """
 
     base: str

@@ -47,8 +47,8 @@ def has_macros(file: str, root: Element) -> bool:
 
 
 def expand_macros(file: str, arguments: Mapping[str, str]) -> str:
-    """Expand the macros of a file in a separate process, and return the text. `arguments`: the values of xacro
-    arguments. Raises FileDamaged, whose hint is a command to run if the package xacro is missing.
+    """Expand the macros of a file in a separate process, and return the expanded content. `arguments`: the values of
+    xacro arguments. Raises FileDamaged, whose hint is a command to run if the package xacro is missing.
     """
     if find_spec("xacro") is None:
         hint = f"{how_to_install('xacro')}, or {expanding(file)}"
@@ -67,8 +67,8 @@ def expand_macros(file: str, arguments: Mapping[str, str]) -> str:
 
 
 def _expand(file: str, *pairs: str) -> int:
-    """Expand the macros of a file, and write the text to standard output; or write the error and a hint, in one line
-    each, to standard error. Return the exit status. `pairs`: arguments in the form NAME=VALUE.
+    """Expand the macros of a file, and write the result to standard output. If that fails, write the error and a hint,
+    in one line each, to standard error. Return the exit status. `pairs`: arguments in the form NAME=VALUE.
     """
     with suppress(ImportError):
         import resource
@@ -98,7 +98,7 @@ def _expand(file: str, *pairs: str) -> int:
 
 
 def _behind(error: BaseException | None) -> Iterator[BaseException]:
-    """Yield an error and the errors that caused it."""
+    """Yield an error, the error that caused it, and so on."""
     while error is not None:
         yield error
         error = error.__context__
@@ -172,7 +172,7 @@ _TEXT = "a robot description is an XML file"
 
 
 def robot_element(file: str, text: str) -> Element:
-    """Parse the text of a URDF file, and return its root element. Raises FileDamaged."""
+    """Parse the content of a URDF file, and return its root element. Raises FileDamaged."""
     if len(text) > MAX_FILE_CHARS:
         raise FileDamaged(f"{file}: {len(text)} characters", f"at most {MAX_FILE_CHARS} are read")
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
@@ -400,8 +400,8 @@ class Tree:
         return x / length, y / length, z / length
 
     def numbers(self, element: Element, what: str, text: str, count: int) -> tuple[float, ...]:
-        """Parse the text of an attribute as `count` numbers. `what`: the attribute's name in errors. Raises FileDamaged
-        with the element's name.
+        """Parse the value of an attribute as `count` numbers. `what`: the attribute's name in errors. Raises
+        FileDamaged with the element's name.
         """
         try:
             values = tuple(map(float, text.split()))

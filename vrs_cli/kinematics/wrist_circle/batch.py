@@ -132,7 +132,8 @@ def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
     with np.errstate(invalid="ignore"):
         turns = same & (b <= a) & (b <= c) & (b < a - 2.0 * b + c) & (c < np.inf) & (a < np.inf)
     turns &= ~(quick[:, 1:] & quick[:, :-1])
-    middle = inside[:, 1:-1]  # of three neighbours some are in reach and some are not
+    middle = inside[:, 1:-1]
+    # true where, of three neighbouring grid values, some are in reach and some are not
     edges = (middle != inside[:, 2:]) | (middle != inside[:, :-2])
     a, b, c = at.beyond[:, :-2], at.beyond[:, 1:-1], at.beyond[:, 2:]
     # three neighbouring values of `beyond`: it may reach 0 between them if the middle value is nearest to 0

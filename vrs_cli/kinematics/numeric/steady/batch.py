@@ -58,7 +58,9 @@ FOLLOWING = 12  # maximum number of steps of Newton's method from the joints `ne
 SETTLED = 1e-7  # [rad, m] a search has converged if its step is smaller
 # [m, rad] a pose counts as reached exactly within these errors, even if steps are still larger than SETTLED
 THERE, TURNED = 1e-10, 5e-10
-BRANCH = 0.5  # [rad, m] solutions farther from the joints `near` count as those of another branch
+# [rad, m] a solution farther from the joints `near` counts as that of another branch (another continuous set of
+# solutions)
+BRANCH = 0.5
 ROUNDING = 1e-12  # [rad, m] a joint closer to a limit counts as at the limit
 POSES = 64  # number of poses that are searched at once
 DAMPING = 1e-13  # [m2, rad2] damping of steps towards a position; it has an effect only in singular poses
@@ -272,7 +274,7 @@ class SteadyBatch(SerialBatch):
 
     def _newton_step(self, at: Terms, bend: Floats) -> tuple[Floats, Floats]:
         """Return the step of Newton's method (N, n) towards joints that satisfy the conditions, and the multipliers
-        there (N, 3).
+        after the step (N, 3).
         """
         conditions, n = self.conditions, self.joints
         wanted = np.concatenate(((at.turn @ at.sine[:, :, None])[:, :, 0], at.away), axis=1)
@@ -358,7 +360,8 @@ def _least_on_sides(ways: Floats, slope: Floats, bend: Floats, ends: Floats) -> 
     return np.asarray((foot + part[..., None] * along[:, :, None]).reshape(len(ways), -1, 2))
 
 
-# maximum difference between F and its chord on a gap that is not divided, as a fraction of F's fourth derivative
+# maximum difference between F and its chord on a whole gap (interval between samples), as a fraction of F's fourth
+# derivative
 CHORD = 1.0 / 96.0
 AROUND = 0.5  # the proof is valid for solutions whose multipliers are at most this far from the cubic
 # bound, for unit vectors, of the third derivative's part that is bilinear in joints and linear in multipliers
@@ -413,8 +416,8 @@ class SteadyContinuation:
         self.units = np.concatenate((np.where(turning, 1.0, self.length), np.full(PLACES, 1.0 / self.length)))
 
     def prove(self, gaps: SteadyGaps, pieces: int) -> Flags:
-        """Return for each gap whether the joints are proved to be continuous in it (k,). The proof divides a gap into
-        `pieces`.
+        """Return for each gap (interval between samples) whether the joints are proved to be continuous in it (k,). The
+        proof divides each gap into `pieces` pieces.
         """
         parts = np.linspace(0.0, 1.0, pieces + 1)
         poses = np.swapaxes(gaps.poses(gaps.which, np.array((0.0, 1.0))), 0, 1)

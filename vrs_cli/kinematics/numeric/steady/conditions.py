@@ -49,8 +49,8 @@ from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
 
 PLACES = 3
-# minimum second derivative of 1 - cos phi by the joints; if it is smaller, a rotation of the tool is nearly
-# undetermined
+# minimum curvature (second derivative of 1 - cos phi by the joints) of a local minimum; below this curvature, the
+# direction is treated as undetermined
 LEAST_CURVATURE = 1e-4
 
 
@@ -114,8 +114,8 @@ class SteadyConditions:
     def bend(self, at: Terms, multipliers: Floats) -> Floats:
         """Return the derivatives of P l - O e by the joints (N, n, n).
 
-        Of two joints the first rotates the effect of the later one: d O_i / d q_k = O_k x O_i if k comes before i, else
-        0; d P_i / d q_k = O x P with O of the first joint and P of the later one.
+        An earlier joint rotates the effect of a later joint: d O_i / d q_k = O_k x O_i if k comes before i, else 0; d
+        P_i / d q_k = O x P with O of the first joint and P of the later one.
         """
         moved = _cross(at.turn[:, self.first], at.place[:, self.later])
         turned = np.where(self.before, _cross(at.turn[:, None, :], at.turn[:, :, None]), 0.0)
@@ -256,7 +256,7 @@ PARTS = 0.5 - 0.5 * np.cos(np.linspace(0.02, pi - 0.02, DIRECTIONS))
 # links
 BEYOND = 0.02
 OUTSIDE = 8.0  # [rad/rad] weight of the angles by which joints are outside their ranges, relative to the rotation error
-# [rad] entries whose rotation error is larger than that of the best entry by more than this are not used as starts
+# [rad] an entry is not used as a start if its rotation error exceeds that of the best entry by more than this
 WORSE = 0.5
 MAX_STARTS = 16
 
