@@ -162,7 +162,8 @@ class MujocoArm:
         self._offset: _Quintic | None = None  # the offset of the arm from the set points, which fades to zero
         self._since = start
         self._arrives = True  # whether the next set point is the first one to follow
-        # time of the robot's clock, the arm's clock at that time, and how fast the latter gains since then [s/s]
+        # time of the robot's clock, the arm's clock at that time, and the gain of the
+        # arm's clock per second since then [s/s]
         self._clock = (start, start, 0.0)
         self._waiting = sorted((one for one in disturbances if one.at is not None), key=_begin)
         # disturbances that act now, with the times at which they end [s]

@@ -70,8 +70,8 @@ class RosSettings(Struct, frozen=True):
     """Settings of the connection to the arm: the address of rosbridge, joints, the controller, and the topic of
     joint_states.
 
-    `replaces`: the controller has `allow_trajectory_replacement`. `by_action`: send trajectories as goals of its action
-    instead of messages on its topic.
+    `replaces`: the controller has `allow_trajectory_replacement`. `by_action`: send trajectories as goals of the
+    controller's action instead of messages on its topic.
     """
 
     url: str

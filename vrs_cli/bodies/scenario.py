@@ -1,8 +1,8 @@
 """Define disturbances of a simulated arm, read the scenario files that list them, and simulate an arm without MuJoCo
 (`ServoArm`).
 
-A scenario is a TOML file of [[push]], [[payload]], [[block]], [[slip]], [[stop]] and [[drift]] tables. The same words
-can be typed while the arm is simulated: `push force = [0, 40, 0] for = 0.2`.
+A scenario is a TOML file of [[push]], [[payload]], [[block]], [[slip]], [[stop]] and [[drift]] tables. The same
+disturbances can be typed while the arm is simulated: `push force = [0, 40, 0] for = 0.2`.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ DEEP = 5e-4  # [m] two solids are in contact if they overlap by more than this
 APART = 5e-4  # [m] a pair has separated when its distance exceeds the contact distance (at least 0) by this much
 MARGIN = 0.02  # [m] pairs that are at most this much farther apart than the contact distance are examined
 NUDGE = 1e-4  # [m] minimum relative motion between two samples of a pair that touches from the start
-SLIDE = 5e-3  # [m] maximum relative motion of a sliding pair between two samples
+SLIDE = 5e-3  # [m] maximum relative motion, between two samples, of a pair that touches and slides
 EVEN = 1e-4  # [m] if a sliding pair's distance changes by at most this, the next samples are farther apart
 BENT = 1e-4  # [m] maximum error of positions that are computed from linearly interpolated joints
 CLOSE = 6e-4  # [m] a pair that is closer to contact than this is examined again, with the exact joints
@@ -341,7 +341,7 @@ class _Search:
             )
 
     def _needs_exact_joints(self, near: Iterable[_Seen]) -> bool:
-        """Return whether the exact joints are needed to decide if a pair touches or has separated."""
+        """Return whether exact (not interpolated) joints are needed to decide if a pair touches or has separated."""
         excused = self.excused
         return any(
             abs(distance - pair.apart) < BENT if pair.owners in excused else distance - pair.limit < CLOSE
@@ -350,7 +350,7 @@ class _Search:
 
     def _deepest(self, near: Iterable[_Seen]) -> dict[Pair, _Seen]:
         """Return, for each excused pair of owners (touching since the start), the two solids with the deepest overlap.
-        The owners cannot separate before these two solids do."""
+        The owners cannot separate before these two solids separate."""
         found: dict[Pair, _Seen] = {}
         for one in near if self.excused else ():
             owners = one.pair.owners
@@ -359,8 +359,8 @@ class _Search:
         return found
 
     def _separations(self, deepest: Mapping[Pair, _Seen], bent: float, least: float) -> list[tuple[list[float], float]]:
-        """Return, for each excused pair (touching since the start), the accumulated bounds on its relative motion, and
-        the distance that it must move to separate [m], at least `least`."""
+        """For each excused pair (in contact since the start), return the accumulated bounds on its relative motion, and
+        how far [m] it must move before it separates; this distance is never less than `least`."""
         return [
             (pair.sums, max(pair.apart - distance - bent, least))
             for owners, (distance, _, pair) in deepest.items()
@@ -369,7 +369,8 @@ class _Search:
 
     def _next(self, t: float, ways: Iterable[tuple[list[float], float]], earliest: float) -> float:
         """Return the first time after t at which one of several pairs may have moved by a given distance, at most
-        `earliest` [s]. `ways`: for each pair, the accumulated bounds on its relative motion, and the distance [m]."""
+        `earliest` [s]. `ways`: for each pair, the accumulated bounds on its relative motion, and the given distance
+        [m]."""
         sweep = self.sweep
         first, last = sweep.place(t), sweep.place(earliest) + 1
         for sums, way in ways:
@@ -413,8 +414,8 @@ class _Search:
 
 
 def levers_of_each(model: RobotModel, bodies: Iterable[Bounds]) -> list[tuple[float, ...]]:
-    """Return, for each ball, its levers (`sweep.levers`) relative to each earlier link that is not a neighbour of its
-    own link."""
+    """Return the levers of each ball (`sweep.levers`), relative to each earlier link that is not a neighbour of the
+    ball's own link."""
     return [levers(model, body, other) for body in bodies for other in range(1, body.link - 1)]
 
 

@@ -256,7 +256,7 @@ class Physics:
         T = link_pose(self.model, link, 0.0) if link else IDENTITY
         round_ = m.geom_type[number] in (TYPES[SolidForm.CYLINDER], TYPES[SolidForm.CAPSULE], TYPES[SolidForm.BALL])
         if link and round_ and self.model.links[link - 1].kind is JointKind.REVOLUTE and _on_axis(compose(T, pose)):
-            return Bounds(link - 1, Ball(position(compose(T, pose)), radius))  # it turns in place on the joint axis
+            return Bounds(link - 1, Ball(position(compose(T, pose)), radius))  # the solid turns in place on the axis
         return Bounds(link, Ball(position(pose), radius))
 
     def arm_solids(self) -> list[int]:

@@ -1,11 +1,11 @@
 """Divide a time interval into stages in which no part changes its state, and bound how far bodies can move in a stage,
-for the search for contacts. Each body has a ball around it. Between two samples, a point of the body moves at most as
-far as the ball's centre plus the rotation angle times the ball's radius. The change of speed between samples bounds how
-much faster the point can be in between. Two links approach each other by at most the sum of the rotations of the joints
-between them, each times its lever (the greatest distance from the joint axis). The accumulated bounds grow with time,
-so a binary search finds the earliest time at which a body may have moved by a given distance. Steps of this length
-reach the first contact and never pass it (conservative advancement; Mirtich, "Impulse-based dynamic simulation of rigid
-body systems", 1996)."""
+for the search for contacts. Each body has a ball around it (its bounding sphere). Between two samples, a point of the
+body moves at most as far as the ball's centre plus the rotation angle times the ball's radius. The change of speed
+between samples bounds how much faster the point can be in between. Two links approach each other by at most the sum of
+the rotations of the joints between them, each times its lever (the greatest distance from the joint axis). The
+accumulated bounds grow with time, so a binary search finds the earliest time at which a body may have moved by a given
+distance. Steps of this length reach the first contact and never pass it (conservative advancement; Mirtich,
+"Impulse-based dynamic simulation of rigid body systems", 1996)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND, Event, Frames
 from vrs_cli.world.course import WorldCourse
 
-AT_ONCE = 1e-6  # [s] an opening or closing of the hand that takes no time is treated as this long
+AT_ONCE = 1e-6  # [s] if the hand opens or closes in no time, its motion is treated as this long
 SAME = 1e-6  # [s] times that differ by less than this are equal
 SAME_PLACE = 1e-9  # [m] two poses are equal if their elements differ by less than this
 
@@ -273,7 +273,7 @@ class Sweep:
         return np.asarray(ways + 0.5 * SAFE * self._spans * most)
 
     def centres(self, link: int, ball: Ball) -> Floats:
-        """Return the centre of a link's ball at each sample, in the robot's frame (N, 3) [m]."""
+        """Return the centre of a link's bounding sphere at each sample, in the robot's frame (N, 3) [m]."""
         return np.asarray(self.frames.turns[link] @ np.array(ball.centre) + self.frames.places[link])
 
     def ways(self, bodies: Sequence[Bounds]) -> Floats:
@@ -282,7 +282,7 @@ class Sweep:
 
     def ways_of(self, bodies: Sequence[Bounds], centres: Floats) -> Floats:
         """Return the maximum distances that k bodies move from each sample to the next, (k, N - 1) [m]. `centres`: the
-        centres of their balls (k, N, 3) [m]."""
+        centres of their bounding spheres (k, N, 3) [m]."""
         moved = np.diff(centres, axis=1)
         far = np.sqrt(np.einsum("kni,kni->kn", moved, moved))
         radii = np.array([one.ball.radius for one in bodies])
@@ -301,7 +301,7 @@ class Sweep:
 
     def reaches(self, sums: Sequence[float], t: float, way: float) -> float:
         """Return the earliest time at which a body may have moved by the distance `way` [m] since t, at most the end of
-        the interval [s]. `sums`: the accumulated bounds on its motion, beginning with 0 [m]."""
+        the interval [s]. `sums`: the accumulated bounds on the body's motion, beginning with 0 [m]."""
         times, k = self.times, self.place(t)
         begun = sums[k] + (t - times[k]) / (times[k + 1] - times[k]) * (sums[k + 1] - sums[k])
         k = bisect_right(sums, begun + way, k) - 1
@@ -310,7 +310,7 @@ class Sweep:
         return times[k] + (begun + way - sums[k]) / (sums[k + 1] - sums[k]) * (times[k + 1] - times[k])
 
     def place(self, t: float) -> int:
-        """Return the index of the last sample at or before time t [s]; at most that of the second last sample."""
+        """Return the index of the last sample at or before time t [s]; at most the index of the second last sample."""
         return min(bisect_right(self.times, t), len(self.times) - 1) - 1
 
 

@@ -44,7 +44,7 @@ class ContactWatch:
         self._missing = False  # whether the user was informed that MuJoCo is missing
         self.contacts = deque[tuple[str, Contact]](
             maxlen=MAX_CONTACTS
-        )  # reported contacts, with the texts of their motions
+        )  # reported contacts, with the descriptions of their motions
         self._number = 0  # number of the motion whose contact was reported last
         engine.checks.append(self.check)
 
@@ -72,7 +72,7 @@ class ContactWatch:
 
     def of_change(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> tuple[Contact | None, str]:
         """Return the first contact that a change causes (None if contacts are not checked), and, for a contact on a
-        later motion, a text with the name of this motion."""
+        later motion, a string with the name of this motion."""
         if self._around()[1] is None and not settings.switch("COLLISION"):
             return None, ""
         found, after = None, timeline.apply(delta)

@@ -27,7 +27,7 @@ from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 
 TCP, SERIAL = "TCP", "SERIAL:"
 MAX_LINE_BYTES = 1024  # maximum length of a line [bytes], unless BUFFER_SIZE is given
-RANGES: Mapping[str, tuple[int, int]] = {  # minimum and maximum of each number in the text of FOPEN
+RANGES: Mapping[str, tuple[int, int]] = {  # minimum and maximum of each number in the string given to FOPEN
     "LOCAL_PORT": (0, 65535),
     "REMOTE_PORT": (1, 65535),
     "CLIENTS": (1, 64),
@@ -53,7 +53,7 @@ class Address(Struct, frozen=True):
 
 
 def read_address(how: str) -> Address:
-    """Return the address in the text of FOPEN, in the form that public V+ programs use. Raises IllegalValue.
+    """Return the address in the string given to FOPEN, in the form that public V+ programs use. Raises IllegalValue.
 
     /LOCAL_PORT 11000 /CLIENTS 5 /BUFFER_SIZE 1024 waits for clients; 192.168.0.7 /REMOTE_PORT 3000 connects to another
     program.
@@ -85,7 +85,7 @@ class DeviceEvent(Enum):
     OPENED = "opened"  # a connection was opened
     REFUSED = "refused"  # a requested connection was refused; `code` of the arrival gives the reason
     CAME = "data"  # bytes have arrived
-    PAUSED = "pause"  # the last bytes have no line end, and no more have arrived for a while
+    PAUSED = "pause"  # the last bytes have no line end, and no more bytes have arrived for a while
     ENDED = "closed"  # the peer sends no more bytes; it may still receive
     GONE = "gone"  # sent bytes no longer reach the peer
     WRITTEN = "written"  # all bytes were handed to the operating system
@@ -220,8 +220,8 @@ class DeviceConnection(Struct, eq=False):
 class Device(Struct, eq=False):
     """The device of a unit. `attached`: the name given to ATTACH; `name`: this name, with the port once it is known.
     `fault`: the reason why the device cannot be used. `status`, `length`, `handle`: results of the last operation.
-    `expired`: whether the maximum wait of GETC is over. `dialing`: whether a connection was requested and is not open
-    yet."""
+    `expired`: whether GETC has waited for its maximum time. `dialing`: whether a connection was requested and is not
+    open yet."""
 
     attached: str
     name: str
@@ -249,8 +249,8 @@ class Device(Struct, eq=False):
             self._connections[0] = DeviceConnection(0, told=True)
 
     def open_at(self, how: str, in_use: Collection[str] = ()) -> None:
-        """Execute FOPEN; `dial_result` then gives the outcome. `how`: the text of FOPEN; `in_use`: names of the devices
-        in use. Raises IllegalValue, FileOpened, FileError, DeviceNotReady, PortTaken.
+        """Execute FOPEN; `dial_result` then gives the outcome. `how`: the string given to FOPEN; `in_use`: names of the
+        devices in use. Raises IllegalValue, FileOpened, FileError, DeviceNotReady, PortTaken.
         """
         self._check_fault()
         if self.open:
@@ -385,8 +385,8 @@ class Device(Struct, eq=False):
 
     @property
     def has_more(self) -> bool:
-        """Return whether a waiting GETC can continue: something has arrived, its wait is over, or the device was
-        closed."""
+        """Return whether a waiting GETC can continue: something has arrived, the maximum wait is over, or the device
+        was closed."""
         return self.expired or self._fresh or not self.open
 
     def _count_read(self, one: DeviceConnection, count: int) -> None:
@@ -397,7 +397,7 @@ class Device(Struct, eq=False):
             one.taken = 0
 
     def _in_turn(self, first: int) -> list[DeviceConnection]:
-        """Return the connections by rising handle, starting at handle `first`, the smaller handles last."""
+        """Return the connections by rising handle, starting at handle `first`; smaller handles come last."""
         return sorted(self._connections.values(), key=lambda one: (one.handle < first, one.handle))
 
     def _set_status(self, one: DeviceConnection, status: int, length: int = 0) -> None:
@@ -419,8 +419,9 @@ class Device(Struct, eq=False):
     # --- writing ---
 
     def write(self, text: str, newline: bool, handle: int | None, wait: bool) -> Waits | None:
-        """Send text to the connection with this handle; None: to that of the last READ, otherwise to the first one.
-        Return YET if the program has to wait. Raises NetworkClosed, and the errors of `check_open`.
+        """Send text to the connection with this handle; None: to the connection of the last READ or, if that is not
+        open, to the first open connection. Return YET if the program has to wait. Raises NetworkClosed, and the errors
+        of `check_open`.
         """
         self.check_open()
         one = self._connections.get(self.handle if handle is None else handle)

@@ -4,9 +4,9 @@
     {"in": 0.1, "data": "J 0 -90 90 0 0 0\\r\\n"}
     {"after": "done\\r\\n", "event": "closed"}
 
-A line without device or handle has those of the previous line. `time`: the time by the robot's clock [s]; `in`: the
-delay after the previous line, or after `after` [s]; `after`: a text that the program must write first. Blank lines and
-lines that begin with # are skipped.
+A line without device or handle takes them from the previous line. `time`: the time by the robot's clock [s]; `in`: the
+delay after the previous line, or after `after` [s]; `after`: a string that the program must write first. Blank lines
+and lines that begin with # are skipped.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotRe
 
 class UnitLine(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True, rename={"within": "in"}):
     """A line of a script: an event on a device. It happens at `time` by the robot's clock [s], or `within` seconds
-    after the previous line, or after the program has written the text `after`. `data`: the bytes as a string, one
+    after the previous line, or after the program has written the string `after`. `data`: the bytes as a string, one
     character per byte (Latin-1).
     """
 
@@ -86,8 +86,8 @@ class _Part(Struct):
 
 
 class Script(Outside):
-    """Devices whose arrivals come from a script. The user is warned once if a program writes a text that differs from
-    the recording."""
+    """Devices whose arrivals come from a script. The user is warned once if a program writes something that differs
+    from the recording."""
 
     def __init__(self, lines: Iterable[UnitLine], patience: float = inf) -> None:
         super().__init__(patience=patience)
@@ -146,7 +146,8 @@ def read_script(path: str, patience: float = inf) -> Script:
 
 
 def parse_script(text: str, path: str = "units") -> list[UnitLine]:
-    """Return the lines of a text, each with its device and handle. Raises FileDamaged, which lists all wrong lines."""
+    """Return the lines of a script, each with its device and handle. Raises FileDamaged, which lists all wrong
+    lines."""
     lines, wrong = list[UnitLine](), list[str]()
     device, handle = "", None
     for number, written in enumerate(text.split("\n"), 1):

@@ -193,7 +193,8 @@ class Sockets(Outside):
         return str(address)
 
     def _not_ready(self, what: str, hint: str) -> DeviceNotReady:
-        """Return an error, and show its text to the user, because the program only sees its number in IOSTAT."""
+        """Return an error, and show its message to the user, because the program only sees the error's number in
+        IOSTAT."""
         fault = DeviceNotReady(what, hint)
         self.tell(str(fault))
         return fault

@@ -1,8 +1,8 @@
 """Serve all open ports and connections of programs, in one thread.
 
 The thread runs an event loop, and owns the ports and connections. Other threads pass calls to it. From each connection
-it reads only as many bytes as the unit can hold, so a peer that sends more has to wait. A port accepts as many clients
-as FOPEN allows; further clients wait until one is released. The thread ends when the last device is closed.
+the thread reads only as many bytes as the unit can hold, so a peer that sends more has to wait. A port accepts as many
+clients as FOPEN allows; further clients wait until one is released. The thread ends when the last device is closed.
 """
 
 from __future__ import annotations
@@ -264,7 +264,7 @@ class Traffic:
             self._watch_port(device)
 
     def _shut(self, one: _Connection) -> None:
-        """Close a released connection, after all its bytes were sent or GRACE is over."""
+        """Close a released connection, after all its bytes were sent or GRACE seconds have passed."""
         if one in self._leaving:
             self._leaving.remove(one)
             one.out.clear()

@@ -5,8 +5,8 @@
             joints, velocity, acceleration = body.setpoint(t)
             body.report(t, my_arm.follow(joints, velocity), my_arm.velocity)
 
-After a cut the client reconnects, becomes the body again, and sends the reports made since the cut. Reports are
-numbered, so that the server counts each once and knows how many are lost.
+If the connection is cut, the client reconnects, becomes the body again, and sends the reports made meanwhile. Reports
+are numbered, so that the server counts each once and knows how many are lost.
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ from vrs_cli.values.measured import BodyMode, Report
 from vrs_cli.wire.reports import MAX_MESSAGE_REPORTS, row_fields, row_parts
 
 SEND_EVERY = 0.02  # [s] time between two messages with reports
-KEPT = 60.0  # [s] time for which reports are kept, to resend them after a cut
+KEPT = 60.0  # [s] time for which reports are kept, to resend them if the connection is cut
 MAX_KEPT = 100_000  # maximum number of kept reports
 MAX_WAITING_BYTES = 64 * 1024  # maximum bytes waiting for the socket; while more wait, reports stay here
 SETTLING = 3.0  # [s] maximum time for the first measurements of the robot's clock
-PAST = 10.0  # [s] length of the kept past of the timeline
+PAST = 10.0  # [s] how much of the timeline's past is kept
 
 log = logging.getLogger("vrs_cli")
 
 
 class BodyClient:
     """A client that is the body of a served robot. Call all methods in the thread of the event loop. `rate`: reports
-    per second, at most 2,000. `name`: the name that other users see if the token has none. `order`: the server's last
-    order, to follow the timeline or to hold still from a given time on. `refusal`: the reason why this client is no
-    longer the body. `told`: callback for messages about the connection."""
+    per second, at most 2,000. `name`: the name that other users see if the token has none. `order`: the last order of
+    the server: to follow the timeline or to hold still, from a given time on. `refusal`: the reason why this client is
+    no longer the body. `told`: callback for messages about the connection."""
 
     def __init__(
         self,
@@ -253,7 +253,7 @@ class BodyClient:
             await self._woken.wait()
             self._woken.clear()
             if self.embodied and self.far.open:
-                with suppress(RequestRefused):  # after a cut the reports are sent again
+                with suppress(RequestRefused):  # if the connection is cut, the reports are sent again later
                     self._send_batch(MAX_WAITING_BYTES)
             await asyncio.sleep(SEND_EVERY)
             if self.embodied and self._fresh:

@@ -82,7 +82,7 @@ class Listener:
         self.listening: streams.Listening | None = None  # form in which changes are sent; None: no changes are sent
         self.number, self.news = NOTHING, 0
         self.place: streams.DeflatedPlace | None = None
-        self.heard: Heard | None = None  # section of the world's course sent so far; None: not wanted
+        self.heard: Heard | None = None  # part of the world's predicted course sent so far; None: not requested
         self.measured: int | None = None  # number of the next body report to send; None: no reports
         self.channel: Channel | None = None  # the channel of the listener's samples
 
@@ -139,11 +139,13 @@ class Channel:
     def __init__(self, viewer: Viewer) -> None:
         self.viewer, self.round = viewer, Round()
         self.sample: Letter | None = None
-        self._wrong: list[tuple[float, float]] = []  # times of cuts, and until when samples mention each cut [s]
+        # times from which on a change replaced the timeline, and until when samples mention each [s]
+        self._wrong: list[tuple[float, float]] = []
 
     def change(self, cut: float, applied: float) -> None:
-        """Record that samples for times after the cut were wrong. All later samples mention the cut while a viewer may
-        still show such a wrong sample, so a listener that misses some samples also learns about the cut."""
+        """Record that samples for times after `cut`, from which on a change replaces the timeline, were wrong. All
+        later samples mention this time while a viewer may still show a wrong sample, so a listener that misses some
+        samples learns about it too."""
         if cut < applied + self.viewer.ahead:
             self._wrong.append((cut, applied + self.viewer.ahead))
 
@@ -439,7 +441,8 @@ class Broadcast:
         form: streams.MessageForm,
     ) -> Parcel:
         """Return the next parcel for listeners in this state: changes (or a snapshot instead), news, reports of the
-        body, and a section of the course. Its size is limited to about MAX_WAITING_BYTES, except for a snapshot."""
+        body, and a part of the course of the world. Except for a snapshot, the parcel has at most about
+        MAX_WAITING_BYTES."""
         stream, packets, size, alone = self.stream, list[streams.Packet](), 0, False
         while listening is not None and number < stream.number:
             if (packet := stream.after(number, listening, place)) is None:

@@ -21,10 +21,10 @@ class Lessons(Protocol):
     """The lessons of a class. `teach/`, which imports `net/`, implements this protocol."""
 
     def enter(self, client: ClientSession) -> None:
-        """Send a client the current text of its lesson, if its robot has one."""
+        """Send a client the current step of its lesson, if its robot has a lesson."""
 
     def take(self, client: ClientSession, line: messages.Line) -> bool:
-        """Carry out a line that is for the lesson, and answer it with `done`; return False if it is for the robot."""
+        """Carry out a line that is for the lesson, and answer it with `done`; return False for a line to the robot."""
 
     def standing(self, student: str) -> tuple[str, int, int]:
         """Return the title of a student's lesson, the number of passed steps, and the number of all steps."""

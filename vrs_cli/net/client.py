@@ -1,4 +1,4 @@
-"""A client of a served robot over a WebSocket. It reconnects after a cut, until `close` is called.
+"""A client of a served robot over a WebSocket. It reconnects whenever the connection is cut, until `close` is called.
 
     client = Client("ws://127.0.0.1:8765", hello_of("token"))
     await client.open()                     # connected: client.far.welcome
@@ -196,8 +196,9 @@ class Client:
         return check_end(await end)
 
     async def follow(self, window: float = WINDOW) -> Mirror:
-        """Follow the timeline; return its mirror as soon as the mirror contains the last `window` seconds. The mirror
-        keeps that much of the past (infinity: all of it). Raises RequestRefused if the timeline does not arrive."""
+        """Follow the timeline; return its mirror (a local copy) as soon as this contains the last `window` seconds. The
+        mirror keeps that much of the past (infinity: all of the past). Raises RequestRefused if the timeline does not
+        arrive."""
         self.far.window = window
         self.far.news.append(self._see)
         await self.ask(lambda id: messages.Subscribe(id, deltas=True, window=None if window == inf else window))
@@ -383,7 +384,7 @@ def no_answer(url: str, error: Exception) -> tuple[str, str]:
     tls, rest = url.split(":", 1)[0] == "wss", url.split(":", 1)[1]
     match error:
         case InvalidStatus(response=response):
-            said = response.body.decode(errors="replace").strip()  # servers of vrs send one line, others a page
+            said = response.body.decode(errors="replace").strip()  # servers of vrs send one line, others send a page
             ours = 0 < len(said) <= MAX_REASON_CHARS and said.isprintable() and "<" not in said
             return f"{url} answers {response.status_code} {response.reason_phrase}", said if ours else A_ROBOT
         case ssl.SSLCertVerificationError():
@@ -413,7 +414,7 @@ def reason_of(error: Exception) -> str:
             return f"no TLS ({why.replace('_', ' ').lower()})"
         case InvalidMessage():
             return "no HTTP comes from there"
-        case OSError(errno=None):  # asyncio joins the errors of several addresses into one text
+        case OSError(errno=None):  # asyncio joins the errors of several addresses into one message
             numbers = re.findall(r"\[Errno (\d+)\]", str(error))
             return os.strerror(int(numbers[-1])).lower() if numbers else str(error) or "the connection was cut"
         case OSError(errno=int(number)):

@@ -41,7 +41,7 @@ from vrs_cli.wire.codec import Encoding
 
 TYPING = messages.Complete | messages.Check  # requests that a client sends while its user types
 AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # messages that are never delayed to share CPU time
-# acts whose role is checked here: the name of the act in errors, and the required role
+# acts that require a role, which is checked here: the name of the act in errors, and the role
 CHECKED: Mapping[type, tuple[str, Role]] = {
     KeepDraft: ("a program", Role.SUPERVISOR),
     StopProgram: ("ABORT", Role.DESIGNER),
@@ -110,7 +110,7 @@ class ClientSession(UserSession):
     # --- connections ---
 
     def attach(self, link: ClientSocket, hello: messages.Hello) -> None:
-        """Give the client a new socket, and drop the old one."""
+        """Give the client a new socket, and drop the old socket."""
         self.detach()
         self.link, self.address = link, link.address
         form = MessageForm(text=hello.format is Encoding.JSON, full=hello.full)
@@ -177,7 +177,7 @@ class ClientSession(UserSession):
             self.link.connection.send(message, self._wall())
 
     def send(self, message: messages.ServerMessage) -> None:
-        """Send a message; a numbered message arrives even after a cut."""
+        """Send a message; a numbered message arrives even if the connection is cut meanwhile."""
         self.tell(message) if isinstance(message, messages.Numbered) else self.say(message)
 
     def leave(self) -> None:
@@ -404,8 +404,8 @@ class ClientSession(UserSession):
         self._robot.audit.note(self._robot.name, self.name, self.address, what, result)
 
     def _drag(self, message: messages.Drag) -> None:
-        """Give the robot a target for the dragged tool. It replaces the previous target if the robot has not taken that
-        yet."""
+        """Give the robot a target for the dragged tool. The target replaces the previous one if the robot has not taken
+        that one yet."""
         self._drag_targets.append(message)
         if self._pulling is None:
             self._pull()

@@ -3,8 +3,8 @@ it.
 
 The course is computed once for all clients, and only while a client wants it. A separate thread computes it in short
 steps. Between steps the thread rests, longer while the robot has work. So neither the robot nor the connections wait
-for it, and after several changes in a short time it computes only the last timeline. The computed section is valid up
-to the first change that was not computed. Each client receives the section that it lacks.
+for it, and after several changes in a short time it computes only the last timeline. The computed part is valid up to
+the first change of the timeline that it does not contain. Each client receives the part of the course that it lacks.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World, WorldCourse
 
 AHEAD = 10.0  # [s] a course is computed up to this time after the end of the timeline, and after now
-LEAST_AHEAD = 5.0  # [s] the computation continues when less than this time ahead is known
+LEAST_AHEAD = 5.0  # [s] the course is computed further when less than this time ahead is known
 BEFORE_NOW = 1.0  # [s] the search for contacts starts this time before now
 STRETCH = 0.5  # [s] length of the motion that one step searches for contacts
 STANDING = 5.0  # [s] length that one step searches while the arm is at rest
 STEP = 0.001  # [s] CPU time of one step
-SHARE = 0.25  # maximum fraction of a core used by the computation
+SHARE = 0.25  # maximum fraction of a core used to compute courses
 LAG = 0.25  # [s] maximum time that the next step waits while the robot has work
-LOOKS_EVERY = 0.01  # [s] time between two checks whether the robot still has work
+LOOKS_EVERY = 0.01  # [s] how often to check whether the robot still has work to do
 TOLD_EVERY = 0.05  # [s] time between two messages to clients while the course is being computed
 
 MAX_ROWS = 400  # maximum number of rows in one message
@@ -57,8 +57,9 @@ class Cut(NamedTuple):
 
     @classmethod
     def between(cls, before: Timeline, after: Timeline) -> Cut:
-        """Return the cut between two timelines. Contacts may change during the whole motion before the cut, because the
-        hand touches the part that it grasps at the end of that motion. A steered motion is not searched again.
+        """Return from when on a change from one timeline to another alters course and contacts. Contacts may change
+        during the whole motion before the timelines diverge, because the hand touches the part that it grasps at the
+        end of that motion. A steered motion is not searched again.
         """
         since = before.same_until(after)
         last = since - TICK
@@ -73,20 +74,20 @@ NEVER, FROM_THE_BEGIN = Cut(), Cut(-inf, -inf)
 
 
 class Heard(NamedTuple):
-    """The section of a course that a client has: all before `until`, and contacts from `low` to `high` [s]."""
+    """The part of a course that a client has: all before `until`, and contacts from `low` to `high` [s]."""
 
     until: float = -inf
     low: float = inf
     high: float = -inf
 
     def cut(self, cut: Cut) -> Heard:
-        """Return the section that is still valid after a change."""
+        """Return the part that is still valid after a change of the timeline."""
         low, high = (self.low, min(self.high, cut.contacts)) if cut.contacts > self.low else (inf, -inf)
         return Heard(min(self.until, cut.course), low, high)
 
 
 class Known(Struct, frozen=True):
-    """The computed section of a course: all before `until`, and contacts from `low` to `high` [s]."""
+    """The part of a course computed so far: all before `until`, and contacts from `low` to `high` [s]."""
 
     course: WorldCourse
     until: float
@@ -95,8 +96,8 @@ class Known(Struct, frozen=True):
     touches: tuple[ContactSpan, ...] = ()
 
     def cut(self, since: float, now: float) -> Known:
-        """Return the section, keeping only the contacts before `since` [s], the time from which a change replaces the
-        timeline. If none are left, the search starts again shortly before `now` [s]."""
+        """Return the computed part, keeping only the contacts before `since` [s], the time from which a change replaces
+        the timeline. If no contacts are left, the search starts again shortly before `now` [s]."""
         if since > self.low:
             return replace(self, high=min(self.high, since), touches=tuple(clip_contacts(self.touches, -inf, since)))
         first = max(self.course.begins, min(now, self.course.timeline.last) - BEFORE_NOW)
@@ -104,8 +105,8 @@ class Known(Struct, frozen=True):
 
 
 class CourseComputer:
-    """A computation of the course of a timeline and its contacts, step by step. Pure; use it in one thread at a time.
-    `now`: returns the robot's clock [s]. `looks`: whether to search for contacts too, if MuJoCo is installed."""
+    """Computes the course and the contacts of a timeline step by step. Pure; use it in one thread at a time. `now`:
+    returns the robot's clock [s]. `looks`: whether to search for contacts too, if MuJoCo is installed."""
 
     def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
         self._world, self._now = world, now
@@ -114,8 +115,9 @@ class CourseComputer:
         self._checker: Checker | None = None
 
     def begin(self, timeline: Timeline, known: Known | None, cut: Cut) -> Known:
-        """Begin with a timeline; return the section of its course that is known already. `known`: the section of an
-        earlier timeline, which is equal before the cut."""
+        """Start on a new timeline, and return the part of its course that need not be recomputed. `known`: the part
+        computed for the previous timeline; it stays valid up to `cut`, the times at which course and contacts of the
+        two timelines diverge."""
         course = self._world.course(timeline)
         before = known or Known(course, -inf, inf, -inf)
         until = min(before.until, cut.course, course.known_until(-inf))
@@ -126,7 +128,7 @@ class CourseComputer:
         return known.until < max(known.course.timeline.last, self._now()) + LEAST_AHEAD
 
     def step(self, known: Known) -> Known:
-        """Compute one step; return the known section after it, or the same object if everything is known."""
+        """Compute one step; return the part known after this step, or the same object if everything is known."""
         course = known.course
         wanted = max(course.timeline.last, self._now()) + AHEAD
         if self.wants_more(known):
@@ -205,7 +207,7 @@ class CourseTeller:
         self._changed = Condition()
         self._clients = 0
         self._timeline: Timeline | None = None  # the current timeline; None while there are no listeners
-        self._cut = self._taken = NEVER  # cuts not yet contained in `_known`: waiting, and being computed
+        self._cut = self._taken = NEVER  # changes that `_known` does not contain yet: waiting, and being computed
         self._known: Known | None = None
 
     # --- listeners ---
@@ -226,7 +228,8 @@ class CourseTeller:
                 self._timeline = self._known = None
 
     def change(self, timeline: Timeline, cut: Cut) -> None:
-        """Take a new timeline; before the cut it equals the previous timeline."""
+        """Take a new timeline. `cut`: the times from which on its course and contacts differ from those of the previous
+        timeline."""
         if self._clients:
             with self._changed:
                 self._timeline, self._cut = timeline, self._cut.first(cut)
@@ -243,8 +246,8 @@ class CourseTeller:
         """Stop the computation; it cannot be restarted."""
 
     def after(self, heard: Heard) -> tuple[list[messages.ServerMessage], Heard]:
-        """Return the next messages for a listener (none if it has everything), and the section that it has after
-        them."""
+        """Return the next messages for a listener (none if it has everything), and the part of the course that it has
+        after these messages."""
         with self._changed:
             known, cut = self._known, self._cut.first(self._taken)
         if known is None:
@@ -267,7 +270,7 @@ class CourseTeller:
     # --- computation ---
 
     def step(self) -> bool:
-        """Compute one step; return whether the computation is unfinished."""
+        """Compute one step; return whether part of the course is still to be computed."""
         with self._changed:
             timeline, before = self._timeline, self._known
             self._taken, self._cut = self._taken.first(self._cut), NEVER

@@ -179,7 +179,8 @@ UNITS = (("ms", 1e-3), ("us", 1e-6), ("s", 1.0))
 
 
 class DelayError(UsageError):
-    """The error for a text, or a line of a file, that does not describe delays. vrs chose its code; VAL-II has none."""
+    """The error for a string, or a line of a file, that does not describe delays. vrs chose its code; VAL-II has
+    none."""
 
     text = "No delay"
 
@@ -222,7 +223,7 @@ def parse_delays(text: str) -> Delays:
 
 
 def parse_duration(text: str) -> float:
-    """Return the duration [s] in a text such as 200ms, 0.2s or 0.2, rounded to a nanosecond. Raises DelayError."""
+    """Return the duration [s] in a string such as 200ms, 0.2s or 0.2, rounded to a nanosecond. Raises DelayError."""
     unit, factor = next((row for row in UNITS if text.lower().endswith(row[0])), ("", 1.0))
     try:
         seconds = float(text[: len(text) - len(unit)]) * factor
@@ -234,7 +235,7 @@ def parse_duration(text: str) -> float:
 
 
 def parse_loss(text: str) -> float:
-    """Return the fraction in a text such as 1% or 0.01. Raises DelayError, also above MAX_LOSS."""
+    """Return the fraction in a string such as 1% or 0.01. Raises DelayError, also above MAX_LOSS."""
     try:
         share = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
     except ValueError:

@@ -24,12 +24,12 @@ from vrs_cli.net import messages
 from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.wire.codec import Encoding, Frame, encode
 
-MAX_REFUSAL_CHARS = 400  # maximum number of characters kept of the text of a refusal
+MAX_REFUSAL_CHARS = 400  # maximum number of characters kept of a refusal's message
 
 
 class Bounds(Struct, frozen=True):
-    """Maximum sizes of a delivery log. `seconds`: how long it is kept after a cut [s]; `told`: bytes of messages;
-    `ended`, `waiting`: number of finished and of unfinished commands."""
+    """Maximum sizes of a delivery log. `seconds`: how long it is kept after the connection is cut [s]; `told`: bytes of
+    messages; `ended`, `waiting`: number of finished and of unfinished commands."""
 
     seconds: float = 60.0
     told: int = 1_000_000
@@ -174,7 +174,7 @@ class Outbox:
 
 M = TypeVar("M")
 MAX_PART_ROWS = 200  # maximum number of rows of one part
-MAX_SEARCHED_ROWS = 1000  # maximum number of rows searched for paths; longer tables contain none
+MAX_SEARCHED_ROWS = 1000  # maximum number of rows searched for paths; longer tables contain no paths
 
 
 # --- long replies in parts ------------------------------------------------------------------------------------------
@@ -235,7 +235,7 @@ def prefixes_of(folders: Iterable[Path | None]) -> tuple[str, ...]:
 
 
 def may_hold(prefixes: tuple[str, ...], value: Struct) -> bool:
-    """Return whether a text in the value may contain one of the prefixes. Slow for long values, because it encodes
+    """Return whether a string in the value may contain one of the prefixes. Slow for long values, because it encodes
     them.
     """
     try:
@@ -246,7 +246,7 @@ def may_hold(prefixes: tuple[str, ...], value: Struct) -> bool:
 
 
 def without(prefixes: tuple[str, ...], value: M) -> M:
-    """Return the value without the prefixes in its texts; the same object if there are none."""
+    """Return the value with the prefixes removed from its strings; the same object if no string contains one."""
     new: Any = value
     if isinstance(value, str):
         text = str(value)

@@ -1,7 +1,7 @@
-"""The client's side of a served robot, without sockets: a mirror of the robot, its clock, and the open requests. Each
-command is sent at most once, and only by order of its user. If the connection is cut while a command is on its way, the
-user learns later whether the robot executed or never received it. Only the user may send it again. The clock is an
-argument."""
+"""The client's side of a served robot, without sockets: a mirror (a local copy) of the robot, its clock, and the open
+requests. Each command is sent at most once, and only by order of its user. If the connection is cut while a command is
+on its way, the user learns later whether the robot executed or never received it. Only the user may send it again. The
+clock is an argument."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 CATCHING_UP = 2.0  # [s] maximum time that the answer to a command is held back until the command's change arrives
-COMMAND_TIMEOUT_S = 60.0  # [s] time after a cut for which a server remembers the outcome of a command
-REMEMBERED = 600.0  # [s] time for which the flags of wrongly shown times are kept
+COMMAND_TIMEOUT_S = 60.0  # [s] time after a lost connection for which a server remembers the outcome of a command
+REMEMBERED = 600.0  # [s] time for which records of wrongly shown motion are kept
 HELD_UP = 3.0  # [s] a command that arrives later than a round trip plus this time is refused
 QUIET = 4.0  # [s] silence after which the connection may be cut, because the robot answers a ping every two seconds
 NEAR = 0.05  # [s] if the round trip D_f + D_b is below this, the user sees the effect of a command almost at once
@@ -154,7 +154,7 @@ class FarEnd:
 
     def ask(self, make: Callable[[int], messages.Request], outlet: Outlet) -> int:
         """Send the request that `make` returns for an id; return the id. The outlet receives all answers to the
-        request; the last one ends it. Raises RequestRefused if there is no connection."""
+        request; the last one ends the request. Raises RequestRefused if there is no connection."""
         request = self.with_issue_time(make(self.connection.next_id()))
         self.send(request)
         self._outlets[request.id] = outlet
@@ -208,7 +208,7 @@ class FarEnd:
 
     @property
     def no_connection(self) -> RequestRefused:
-        """Return the error for a message that cannot be sent; its text says for how long the connection has been
+        """Return the error for a message that cannot be sent; its message says for how long the connection has been
         cut."""
         since = f" (cut {self._wall() - self._silent_since:.1f} s ago)" if self._silent_since < inf else ""
         return RequestRefused(f"there is no connection{since}: this was not sent", "give it again when it is back")
@@ -409,7 +409,8 @@ class FarEnd:
 
     @property
     def now(self) -> float:
-        """Return the estimated robot's clock [s]. Its error is half the difference of the delays D_f and D_b."""
+        """Return the estimated robot's clock [s]. The error of this estimate is half the difference of the delays D_f
+        and D_b."""
         return 0.0 if self.mirror is None else self.mirror.now
 
     @property
@@ -426,7 +427,7 @@ class FarEnd:
     @property
     def heard_time(self) -> float:
         """Return the time up to which the timeline is certain [s]: the robot's clock when it sent the messages that
-        arrive now, that is, D_b ago. After a cut this time stands still."""
+        arrive now, that is, D_b ago. While the connection is cut, this time stands still."""
         if self.mirror is None:
             return 0.0
         return self.mirror.clock.at(min(self._wall(), self._silent_since)) - self.round_trip / 2.0
@@ -434,7 +435,8 @@ class FarEnd:
     @property
     def shown_time(self) -> float:
         """Return the time of the robot's clock that viewers see [s]. AUTO is correct even if D_f and D_b differ: `now`
-        is (D_f + D_b) / 2 after the certain time, and the returned time is as much after `now`."""
+        is (D_f + D_b) / 2 later than the time up to which the timeline is certain, and the returned time is later than
+        `now` by the same amount."""
         match self.ahead:
             case Ahead.PRESENT:
                 return self.now

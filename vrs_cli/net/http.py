@@ -72,7 +72,7 @@ def response_of(status: HTTPStatus, body: bytes = b"", kind: str = KINDS[".txt"]
 
 
 def refusal_of(status: HTTPStatus, text: str, *more: tuple[str, str]) -> Response:
-    """Return a refusal with a text of one line."""
+    """Return a refusal with a message of one line."""
     return response_of(status, f"{text}\n".encode(), KINDS[".txt"], ("Cache-Control", "no-store"), *more)
 
 
@@ -200,7 +200,7 @@ def explanation(address: str, robots: Iterable[str], *, shown: bool, tokens: boo
 ROBOTS, ENTER, LEAVE = "/robots/", "/enter/", "/leave/"
 LIST = "/robots"  # path of the list of a token's robots (JSON)
 LEAVING = ("X-Vrs", "leave")  # required header of LEAVE, which only a page of this server can send
-METHOD_CHARS = 8  # length of the longest method name (OPTIONS, CONNECT) with the space after it
+METHOD_CHARS = 8  # length of the longest method name (OPTIONS, CONNECT) and the space that follows
 OTHER_METHODS = (b"POST", b"PUT", b"PATCH", b"DELETE", b"OPTIONS", b"TRACE", b"CONNECT")
 REQUEST_SECONDS = 10.0  # [s] maximum time until a request is complete
 BODY_SECONDS = 60.0  # [s] maximum time until the client has received an answer

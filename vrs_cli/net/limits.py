@@ -99,8 +99,9 @@ class Bucket:
 class Share:
     """The CPU budgets of a user who only views while another user drives.
 
-    Requests made while the user types a line (completion, checks) have their own budget, so that they do not delay the
-    line. `all`: the common budget of all viewing users; it delays only users who have used more than an equal share.
+    Requests made while the user types a line (completion, checks) have their own budget, so that these requests do not
+    delay the line. `all`: the common budget of all viewing users; it delays only users who have used more than an equal
+    share.
     """
 
     def __init__(self, allowance: Allowance, all: Bucket, now: float) -> None:
@@ -188,7 +189,9 @@ def check_growth(allowance: Allowance, names: int) -> None:
 HIGH_WATER_BYTES = 256 * 1024  # the robot starts to wait for a user when more bytes than this are unsent
 LOW_WATER_BYTES = 64 * 1024  # the robot stops waiting when no more bytes than this are unsent
 MIN_PROGRESS_BYTES = 32 * 1024  # the robot gives up waiting if the user takes fewer bytes than this in SEND_TIMEOUT_S
-SEND_TIMEOUT_S = 5.0  # [s] not shorter, because TCP takes hundreds of KB at once for a slow reader, then none for long
+SEND_TIMEOUT_S = (
+    5.0  # [s] not shorter: TCP takes hundreds of KB at once for a slow reader, then nothing for a long time
+)
 
 
 class SendPace:

@@ -1,7 +1,7 @@
 """Messages between a server and its clients: connections, viewing, the lease, files, classes, and a robot's body.
 
-A body is the arm, real or simulated, that executes the motions. One message is one frame. Messages that users without a
-connection also need are in `wire/messages.py`. `FromClient` and `FromServer` are the unions of all messages.
+A body is the arm, real or simulated, that executes the motions. One message is one frame. Messages that are also needed
+without a connection are in `wire/messages.py`. `FromClient` and `FromServer` are the unions of all messages.
 """
 
 from __future__ import annotations
@@ -233,7 +233,7 @@ class WatchClass(Command, frozen=True):
 
 
 class Announce(Command, frozen=True):
-    """A teacher sends a text to all students, or to one; they get `announced`."""
+    """A teacher sends a message to all students, or to one student; they get `announced`."""
 
     text: Text
     student: Name = ""
@@ -605,7 +605,7 @@ class ClassState(ServerMessage, frozen=True):
 
 
 class LessonText(Numbered, frozen=True):
-    """A text of a lesson in Markdown: a step, a hint, or what the student still has to do. `title`: the title of the
+    """A part of a lesson in Markdown: a step, a hint, or what the student still has to do. `title`: the title of the
     lesson; `step`: the number of the current step out of `of` steps, counted from 1."""
 
     text: str
@@ -615,7 +615,7 @@ class LessonText(Numbered, frozen=True):
 
 
 class Announced(Numbered, frozen=True):
-    """A text that the teacher sent to this student."""
+    """A message that the teacher sent to this student."""
 
     by: str
     text: str

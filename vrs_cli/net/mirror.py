@@ -218,8 +218,8 @@ class Mirror:
 
 
 def parting(before: Timeline, after: Timeline) -> float:
-    """Return the first time [s] at which two timelines differ, of the times that both contain; infinity if they are
-    equal."""
+    """Return the first time [s] at which two timelines differ, of the times that both contain; infinity if the
+    timelines are equal."""
     begin = max(before.start, after.start)
     for one, other in zip_longest(*(islice(one, one.index_at(begin), None) for one in (before, after))):
         if one is None or other is None:
@@ -252,5 +252,5 @@ class LastStatus:
         self._clock = ClockReading(max(self._clock.now, self._clock.floor))
 
     def now(self) -> PromptStatus:
-        """Return the status, with the clock of this moment."""
+        """Return the status, with the current time of the robot's clock."""
         return replace(self._status, clock=self._clock.at(self._wall()))

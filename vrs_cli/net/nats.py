@@ -48,7 +48,7 @@ def _stream_of(robot: str) -> str:
 
 
 async def _connect(url: str, told: Callable[[str], None], again: Callable[[], None] = lambda: None) -> Connection:
-    """Connect to NATS; the connection reopens itself after a cut. Raises RequestRefused if NATS does not answer."""
+    """Connect to NATS; the connection reopens itself when it is cut. Raises RequestRefused if NATS does not answer."""
 
     async def tell_lost() -> None:
         if not connection.is_closed and not connection.is_draining:

@@ -171,7 +171,8 @@ class ServerConnection:
             delivery_log.tell(question, now)
 
     def send(self, message: messages.ServerMessage, now: float) -> None:
-        """Send a message. The delivery log keeps numbered messages, so that they arrive even after a cut."""
+        """Send a message. The delivery log keeps numbered messages, so that these arrive even if the connection is cut
+        meanwhile."""
         if isinstance(message, messages.Numbered):
             assert self.delivery_log is not None, "welcome comes first"
             self.delivery_log.tell(message, now)
@@ -217,7 +218,7 @@ class ClientConnection:
     """The client's end of a connection, which may use several sockets, one after another.
 
     Call `begin` when a socket is open and `cut` when it is closed; call `receive` and `frames` in between. Commands are
-    not sent again after a cut: a command that did not reach the robot ends with a refusal.
+    not sent again after the connection was cut: a command that did not reach the robot ends with a refusal.
     """
 
     def __init__(self, hello: messages.Hello, most: int = SERVER_BYTES) -> None:

@@ -46,7 +46,7 @@ from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.reports import MAX_MESSAGE_REPORTS, ReportRows, reports_of, row_fields, row_parts
 
-MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # maximum reports of a body per second, and in one burst after a cut
+MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # maximum reports of a body per second, and in one burst after a reconnection
 REFUSED_EVERY = 1.0  # [s] minimum time between two refusals of reports
 STATUS_EVERY = 1.0  # [s] time between two messages with the body's counts and clock
 DELAY_SHARE = 1.0 / 16.0  # weight of the newest delay in the moving average of the delays
@@ -125,7 +125,7 @@ class ServedBody:
 
 
 MEASURED_SECONDS = 3600.0  # [s] time for which reports stay in memory; the journal keeps all reports
-SIZE_CHECK_S = 0.1  # [s] time between two checks of a robot's size, which are slow for a large robot
+SIZE_CHECK_S = 0.1  # [s] minimum time between checks of how much memory a robot uses; a check of a large robot is slow
 LATELY = 1.0  # [s] time after a request during which a user counts as active
 FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # allowed if a robot is full
 

@@ -50,7 +50,7 @@ TOKEN_CHECK_S = 0.25  # [s] time between two checks of the token file; a change 
 HIGH_WATER = 64 * 1024  # number of unsent bytes in a socket above which it gets no more bytes
 # size of the operating system's send buffer; its default is megabytes, and it is refilled when a third is sent
 SYSTEM_BUFFER_BYTES = 64 * 1024
-BACKLOG = 512 * 1024  # maximum number of bytes that wait for a socket, in addition to the bytes in it
+BACKLOG = 512 * 1024  # maximum number of bytes that wait for a socket, in addition to the bytes in the socket
 PING_INTERVAL_S, PING_TIMEOUT_S = 20.0, 20.0  # [s] time between two pings, and maximum wait for the answer
 MAX_REPORTED = 20  # maximum number of reported internal errors, each of which writes a file
 PAUSE = 1.0  # [s] pause after an internal error, which may occur again at once
@@ -397,7 +397,7 @@ class Server:
                 room.leave(client)
 
     async def _wait_for_share(self, client: ClientSession) -> None:
-        """Execute the delayed requests of a client when CPU time is available, even after a cut."""
+        """Execute the delayed requests of a client when CPU time is available, even if its connection is cut."""
         try:
             while (left := client.unpark()) is not None:
                 client.flush()

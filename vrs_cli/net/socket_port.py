@@ -27,9 +27,9 @@ from vrs_cli.wire.messages import Refusal
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
-PAST = 60.0  # [s] length of the past of the timeline that is kept by default
+PAST = 60.0  # [s] how much of the timeline's past is kept by default
 CLOSING = 5.0  # [s] maximum time to close a connection
-CLOSED = "it was let go", "connect again"  # text and hint of the error for a closed port
+CLOSED = "it was let go", "connect again"  # message and hint of the error for a closed port
 T = TypeVar("T")
 
 
@@ -158,7 +158,8 @@ class SocketPort:
         return self.far.open
 
     def check_open(self) -> None:
-        """Check that the connection is open. Raises RequestRefused, whose text says for how long it has been cut."""
+        """Check that the connection is open. Raises RequestRefused, whose message says for how long the connection has
+        been cut."""
         if not self.far.open:
             raise self.far.no_connection
 
@@ -217,7 +218,8 @@ class SocketPort:
         return self._loop.do(lambda: self.client.begin(make, outlet))
 
     def post(self, make: Callable[[int], messages.Request], outlet: Outlet) -> None:
-        """Send a request without waiting. Safe in a signal handler. Without a connection the outlet gets `Refused`."""
+        """Send a request without waiting. Safe in a signal handler. If there is no connection, the outlet gets
+        `Refused`."""
 
         def refused(error: RequestRefused) -> None:
             outlet(messages.Refused(Refusal.of(error)))
@@ -251,7 +253,7 @@ class SocketPort:
         self.tell(messages.Interrupt())
         return True
 
-    def give_up(self, error: BaseException) -> str:  # noqa: ARG002 (the robot knows nothing of it)
+    def give_up(self, error: BaseException) -> str:  # noqa: ARG002 (the robot knows nothing of the error)
         """Return the message for a user who no longer waits for a request."""
         return "it is not waited for any more: the robot may do it still"
 
@@ -265,7 +267,7 @@ class SocketPort:
     on_screen, due = None, inf
 
     def listen(self, outlet: Outlet) -> None:
-        """Call the outlet with each message that answers no request, in the thread of the connection."""
+        """Call the outlet, in the thread of the connection, with each message that answers no request."""
         self._loop.do(lambda: self.far.news.append(outlet))
 
 

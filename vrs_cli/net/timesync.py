@@ -19,7 +19,7 @@ from msgspec import Struct
 from vrs_cli.errors import IllegalValue
 
 WINDOW = 300.0  # [s] time for which an exchange is used
-PARTS = 16  # number of parts of the window; the drift is fitted to the best exchange of each part
+PARTS = 16  # number of parts into which the window is divided; the drift is fitted to the best exchange of each part
 MIN_FIT_EXCHANGES = 4  # minimum number of exchanges for a fit; with fewer the drift is set to 0
 SIGNIFICANT = 2.0  # a drift below this multiple of its standard deviation is set to 0
 RESOLUTION = 1e-6  # [s] resolution of clocks

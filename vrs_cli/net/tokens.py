@@ -287,9 +287,9 @@ def take_out(path: Path, names: Iterable[str]) -> None:
 
 
 TEACHER_NAME = "teacher"
-OWN_ROBOTS = 2  # number of own robots of each student: one for work, one for lessons
+OWN_ROBOTS = 2  # number of robots each student has: one for work, one for lessons
 MAX_HAND_IN_BYTES = 1_000_000  # maximum length of one hand-in
-MAX_HAND_INS = 500  # maximum number of hand-ins of one student
+MAX_HAND_INS = 500  # maximum number of hand-ins per student
 SECONDS_TO_END = 20.0  # [s] maximum time until a running server has closed a removed student's robots
 _HAND_IN = re.compile(r"\d{8}-\d{6}-.*\.v2")
 

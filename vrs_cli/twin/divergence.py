@@ -40,11 +40,11 @@ from vrs_cli.twin.healthy import Blocks, HealthyResidual, load_torque
 from vrs_cli.values.measured import BodyMode, DivergenceAlarm, DivergenceCause, Report
 
 EXPLAINED = 0.9  # fraction of the squared residuals that a cause must explain
-KICKED = 0.6  # this fraction for a joint that blocks in full motion, because it disturbs the other joints
+KICKED = 0.6  # the same fraction for a joint that blocks in full motion, which disturbs the other joints
 WAY = 10.0  # minimum displacement that counts as motion [standard deviations of the noise]
 LATELY = 0.15  # [s] samples of this last interval show the current errors
 MAX_DELAY = 1.5  # [s] maximum delay of the arm that is tested as a cause
-MAX_GROWTH = 0.5  # [s/s] maximum growth of this delay
+MAX_GROWTH = 0.5  # [s/s] maximum growth of the arm's delay
 SETTLING = (12.0, 24.0, 48.0, 96.0)  # [1/s] rates at which the deflection by a load may settle, tried one by one
 OTHER_SPEED = 0.02  # [rad/s, m/s] minimum growth rate of a residual if another commander moves the arm
 Likely = tuple[DivergenceCause, str]
@@ -60,7 +60,7 @@ class Sample(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """The samples from which the cause is inferred. They begin shortly before the onset of the divergence, `since` [s].
+    """The samples from which the cause is inferred. They begin shortly before `since` [s], the onset of the divergence.
 
     `measured` (N, n): the joints. `g`: the commanded positions at the same times. `healthy` (N, n): the residuals of a
     healthy arm, with their standard deviations by joint (n,): `noise` includes the errors of a healthy model that has
@@ -125,7 +125,7 @@ def _lost_or_late(it: Evidence) -> Likely | None:
             continue
         share = it.share(it.measured - positions_at(it.arm, before, it.times).joints - it.healthy)
         # an arm that has rested since the command began might also be late by this whole time, but real delays do
-        # not grow this suddenly
+        # not grow so suddenly
         if share >= EXPLAINED and not (late_share > share and delay < 0.7 * (now - begins)):
             number = it.timeline.locate(now)[0].motion
             said = f"the joints follow the timeline as it was before {number.text or 'the last command'}"
@@ -240,9 +240,9 @@ DECIDE = 0.2  # [s] delay from detection to the alarm, to collect more evidence 
 SECOND = round(1.0 / BLOCK)  # number of blocks per second
 WAITS = 3  # [s] age of a second of data when the healthy model learns from it
 CALM = 25.0  # a robot whose squared residuals stay below this for a second has recovered
-BEFORE = 0.1  # [s] length of the evidence before the onset
+BEFORE = 0.1  # [s] how much data from before the onset of a divergence is included in the evidence
 SAMPLE_NOISE = 2.0  # ratio of the noise of one sample to that of a block, which averages five reports
-MEMORY = 3.0  # [s] length of the reports that are kept as evidence
+MEMORY = 3.0  # [s] time for which reports are kept as evidence
 EDITS = 10.0  # [s] time for which a replaced timeline is kept
 
 
@@ -302,7 +302,7 @@ class DivergenceWatch:
         self._loads: deque[Floats] = deque(maxlen=LOAD_WINDOW)
         self._cell: list[tuple[float, Floats]] = []  # times and residuals in the current block
         self._waiting: deque[list[Blocks]] = deque()  # blocks to learn from, by second; the last is incomplete
-        self._found: tuple[float, float] | None = None  # [s] times of the onset and of the alarm to raise
+        self._found: tuple[float, float] | None = None  # [s] times of the divergence's onset and of the alarm to raise
         self._calm = 0
         self._samples.clear()
         self._bounds: dict[int, tuple[Floats, Floats]] = {}
@@ -310,7 +310,8 @@ class DivergenceWatch:
 
     def take(self, timeline: Timeline, report: Report, *, ordered: bool = True) -> DivergenceAlarm | None:
         """Compare a report with the current timeline of the robot; return an alarm if one is due. Reports older than
-        the last one are ignored, and so are reports which say that the arm holds still, if it was `ordered` to."""
+        the last one are ignored, and so are reports which say that the arm holds still, if it was `ordered` to hold
+        still."""
         last = self._samples[-1].t if self._samples else -inf
         if timeline is not self._timeline:
             if self._timeline is not None:
@@ -344,7 +345,7 @@ class DivergenceWatch:
         load = self.healthy.load(0.5 * (joints[1] + joints[2]), velocity[0], acceleration[0])
         t, residual = sum(times) / len(times), np.mean(residuals, axis=0)
         self._add(Blocks(np.array([t]), residual[None], velocity[None], acceleration[None], load[None]), joints[2])
-        # raise the alarm with its cause, if its time has come
+        # raise the alarm with its cause, if the alarm is due
         if self._found is None:
             return None
         since, due = self._found
@@ -401,8 +402,9 @@ class DivergenceWatch:
             self.healthy.learn(Blocks(*map(np.concatenate, zip(*self._waiting.popleft(), strict=True))))
 
     def _load_ratio(self, load: Floats, error: Floats) -> tuple[float, int]:
-        """Return twice the logarithm of the likelihood ratio of a load, and the number of blocks since its onset. The
-        compliance of each joint is unknown, but not negative. Load and error are in standard deviations."""
+        """Return twice the log-likelihood ratio of "load" versus "no load", and the number of sample blocks since the
+        load's onset. The compliance of each joint is unknown, but not negative. `load` and `error` are in units of the
+        standard deviation."""
         self._loads.appendleft(np.stack([-load * error, load**2]))
         products, squares = np.moveaxis(np.cumsum(list(self._loads), axis=0), 1, 0)
         ratios = (np.maximum(products, 0.0) ** 2 / (squares + SAG**-2)).sum(axis=1)

@@ -94,8 +94,8 @@ class WorldCourse:
         return self._grip(t)[0]
 
     def opening(self, t: float) -> float:
-        """Return how far the fingers are open at t [s]: 1 is open, 0 closed. Fingers stop at the part that they take.
-        While the fingers move, return the opening from which they started."""
+        """Return how far the fingers are open at t [s]: 1 is fully open, 0 closed. Fingers stop at the part that they
+        take. While the fingers move, return the opening from which they started."""
         return self._grip(t)[1]
 
     def _grip(self, t: float) -> tuple[str | None, float]:

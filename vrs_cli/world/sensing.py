@@ -1,7 +1,8 @@
 """Find when a moving body enters and leaves the region of a sensor, by conservative advancement. Each time step is so
 short that the body, at its maximum speed, cannot move farther than its distance from the region (Mirtich and Canny,
 Impulse-based simulation of rigid bodies, 1995). Times in a segment count from its start, and the result is cached with
-its path. If an edit only shifts the segment, the cached result is used again, so it stays equal bit by bit."""
+the segment's path. If an edit only shifts the segment, the cached result is used again, so it stays equal bit by
+bit."""
 
 from __future__ import annotations
 
@@ -37,8 +38,8 @@ MAX_PASSAGES = 100_000  # maximum number of results (passages) in the cache
 
 
 class Crossing(NamedTuple):
-    """A crossing: a body enters (`inside`) or leaves the region with the number `region`. `time`: seconds since the
-    motion began."""
+    """The instant at which a body enters (`inside`) or leaves the region with the number `region`. `time`: seconds
+    since the motion began."""
 
     time: float
     region: int
@@ -199,7 +200,7 @@ class Sensing:
                 return sum([lever * abs(value(rate, s)) for lever, rate in zip(arms, rates, strict=True)])
 
             return Way(sight.body, pose, pace, growth, duration)
-        # no bound on the tool's speed is known for such an arm: search with minimum steps
+        # no bound on the tool's speed is known for this arm: search in steps of the minimum length
         if self._arm.steady is not None:
             return Way(sight.body, pose, lambda _: inf, 0.0, duration)
         base = inverse(frames.base)
