@@ -351,8 +351,8 @@ class RapidTranslator:
                 return f'"{value}"'
 
     def _joints_at(self, T: Transform) -> tuple[float, ...]:
-        """Return the joints at which the run reached a location. If the run did not reach it, return the joints to
-        which a MOVE from the joints at the start of the run would go."""
+        """Return the joints at which the run reached a location. If the run never reached the location, return the
+        joints to which a MOVE from the joints at the start of the run would go."""
         for move in self.run.moves:
             if distance(move.T_world_tool, T) < SAME:
                 return move.joints
@@ -581,7 +581,7 @@ class RapidTranslator:
         self.say(*[f"{name} := {percent};" for name in ("all_speed", "next_speed")[not it.modifiers.always :]])
 
     def _signal(self, word: str, it: ast.Expression | None) -> str:
-        """Return the text that sets or reads a signal. Raises NoCounterpart."""
+        """Return the RAPID text that sets or reads a signal. Raises NoCounterpart."""
         value = ast.plain_number(it)
         if value is None:
             raise NoCounterpart(f"{word} of a number that is computed")

@@ -22,7 +22,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import FIRST_INPUT, HAND, Event, Frames, Motion, MotionKind, Start
 
 SAME_TIME = 1e-6  # [s] times that differ by no more count as equal
-SAME_PLACE = 1e-7  # [rad, m] joints that differ by no more count as equal
+SAME_PLACE = 1e-7  # [rad, m] joint positions that differ by no more count as equal
 MIN_BLEND = 1e-4  # [m] minimum distance for a blend; a smaller one is written as a stop
 SAMPLES = 9  # number of samples in each segment from which maxima are taken
 
@@ -38,11 +38,12 @@ class RunStep(Struct, frozen=True, kw_only=True):
 class MoveStep(RunStep, frozen=True):
     """A motion: joint-interpolated, or a straight line of the tool tip.
 
-    It ends at `joints`, with the tool at `T_world_tool` relative to BASE; if it was cut short, these describe the point
-    of the cut. `end`: when the motion ends or is cut [s]. `rounded`: the next motion begins while this one slows down.
-    `blend`: the distance between the tip and the target at that time [m]; 0 for a stop. `motion`: the command. Maxima
-    during the motion: `joint_rate`, as a fraction of the joints' maximum velocity; `axis_speed` and `axis_acceleration`
-    of the joint with the longest travel; `tip_speed`, `tip_acceleration` and `turn_speed` of the tool.
+    It ends at `joints`, with the tool at `T_world_tool` relative to BASE; if it was interrupted, these describe the
+    point of the interruption. `end`: when the motion ends or is interrupted [s]. `rounded`: the next motion begins
+    while this one slows down. `blend`: the distance between the tip and the target at that time [m]; 0 for a stop.
+    `motion`: the command. Maxima during the motion: `joint_rate`, as a fraction of the joints' maximum velocity;
+    `axis_speed` and `axis_acceleration` of the joint with the longest travel; `tip_speed`, `tip_acceleration` and
+    `turn_speed` of the tool.
     """
 
     straight: bool
@@ -224,7 +225,7 @@ class StepBuilder:
         )
 
     def _goal(self, motion: Motion, last: Segment, reached: Joints) -> Joints:
-        """Return the joints that a motion would reach if it were not cut short; `reached` if its goal is unknown."""
+        """Return the joints that a motion would reach if it were not interrupted; `reached` if its goal is unknown."""
         if motion.kind is MotionKind.JOINT and motion.goal is not None:
             return motion.goal
         if motion.pose is None or isinstance(last.path, JointPath):

@@ -587,7 +587,7 @@ class PythonWriter(StepWriter):
 
     def wait(self, step: WaitStep) -> None:
         """Write a wait. It is shorter than in the run by the time that the hand takes, and by the time since the end of
-        a cut motion."""
+        an interrupted motion."""
         left = step.seconds - self.taken - max(self.engine.now - self.engine.end, 0.0)
         self.taken = 0.0
         if left > SAME_TIME:

@@ -59,15 +59,15 @@ class Strategy(Enum):
 
     FRAMES = "frames"  # the last frame that has arrived: the robot when the frame was sent
     PREDICTED = "predicted"  # a frame that was sent with the position planned for the time when it is shown
-    DELTAS = "deltas"  # the mirror (the viewer's copy of the timeline) at the current time
-    AHEAD = "ahead"  # the mirror D_f later, at the time when a command issued now arrives
+    DELTAS = "deltas"  # the viewer's copy of the timeline at the current time
+    AHEAD = "ahead"  # the viewer's copy at the time D_f later, when a command issued now arrives
     PREVIEW = "preview"  # like AHEAD, but with the effect of commands that have not arrived yet
 
 
 class Trial(Struct, frozen=True):
-    """The description of one trial. `ways`: the delays of the line; `lead`: the time from a command to the start of its
-    motion [s]; `policy`: the value of the parameter CAUSALITY, which says what the robot does with late commands;
-    `seconds`: the duration; `rate`: the number of samples of the viewer per second."""
+    """The description of one trial. `ways`: the network delays in both directions; `lead`: the time from a command to
+    the start of its motion [s]; `policy`: the value of the parameter CAUSALITY, which says what the robot does with
+    late commands; `seconds`: the duration; `rate`: how often the viewer samples per second."""
 
     robot: RobotModel
     ways: DelayWays

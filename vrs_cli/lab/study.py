@@ -40,15 +40,15 @@ CONDITION_KEYS = ("name", "forward", "backward")
 
 
 class Condition(Struct, frozen=True):
-    """A condition of the study: delays in both directions, with a name. The delays are written as in the study's file:
-    `gamma 200ms 80ms`."""
+    """A condition of the study: a name and the network delays in both directions. The delays are written as in the
+    study's file: `gamma 200ms 80ms`."""
 
     name: str
     forward: str = "0"
     backward: str = "0"
 
     def ways(self, seed: int) -> DelayWays:
-        """Return the delays of this condition for a line. `seed`: the seed of random delays."""
+        """Return the network delays of this condition in both directions. `seed`: the seed of random delays."""
         return DelayWays(parse_delays(self.forward), parse_delays(self.backward), seed)
 
 
@@ -92,10 +92,10 @@ class StudyResult(NamedTuple):
     """The result of a trial: a row in the file of results, which has mm instead of m.
 
     `reached`: whether the last place was reached in time. `time` [s]: the time from the start of the trial until the
-    tool came to the last place, or if it did not, until the trial ended. `error` [m]: the final distance from the last
-    place. `path` [m]: the length of the tool's path. `direct` [m]: the length of straight lines from the start through
-    all places. `entries`: how often the tool came within the tolerance of a place; more than once per stage means that
-    it overshot.
+    tool came to the last place, or until the end of the trial if the tool did not come there. `error` [m]: the final
+    distance from the last place. `path` [m]: the length of the tool's path. `direct` [m]: the length of straight lines
+    from the start through all places. `entries`: how often the tool came within the tolerance of a place; more than
+    once per stage means that it overshot.
     """
 
     reached: bool

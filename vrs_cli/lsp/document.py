@@ -210,7 +210,8 @@ _SECTION_KINDS = {".LOCATIONS": Kind.LOCATION, ".REALS": Kind.REAL, ".DOUBLES": 
 
 class Symbol(Struct, frozen=True):
     """A program, section, label or variable in the outline of a file. `span`: the position of its name; `last`: the
-    number of its last line; `detail`: a text beside its name; `children`: the labels or variables in it."""
+    number of its last line; `detail`: a note that the editor shows beside its name; `children`: the labels or variables
+    in it."""
 
     name: str
     kind: SymbolKind
@@ -221,8 +222,9 @@ class Symbol(Struct, frozen=True):
 
 
 class Mend(NamedTuple):
-    """A correction of a mistake. `finding`: the diagnostic that it corrects; `text`: the text to write in place of
-    `span`; `sure`: whether it is certain to be right, so that the editor may apply it without asking."""
+    """A correction of a mistake. `finding`: the diagnostic that reports the mistake; `text`: the characters to write in
+    place of `span`; `sure`: whether the correction is certain to be right, so that the editor may apply it without
+    asking."""
 
     finding: Diagnostic
     span: Span
@@ -265,8 +267,8 @@ class Document:
 
     @property
     def mends(self) -> tuple[Mend, ...]:
-        """Return the corrections of all diagnostics that have one: certain corrections, and proposed names in place of
-        unknown ones."""
+        """Return a fix for each diagnostic that has one: a definite correction, or a suggested name to replace an
+        unknown one."""
         return tuple(mend for one in self.diagnostics if (mend := self._mend(one)) is not None)
 
     def _mend(self, finding: Diagnostic) -> Mend | None:
@@ -381,8 +383,8 @@ class Document:
         self._check_renamed(asked, wanted, self.places(asked), new)
 
     def rename(self, line: int, column: int, name: str) -> tuple[str, tuple[Span, ...]]:
-        """Find what must change in this file to rename the name at a position. Return the new name as the text must
-        have it (with its sigil), and the spans to replace. Raises UsageError, InvalidName."""
+        """Find what must change in this file to rename the name at a position. Return the new name as it must be
+        written (with its sigil), and the spans to replace. Raises UsageError, InvalidName."""
         asked, here = self.occurrence(line, column), self._at(line)
         if asked is None or here is None:
             raise UsageError("there is nothing to rename", "programs, labels and variables have names")
@@ -535,8 +537,8 @@ class Document:
         return variable or next(headings, None)
 
     def _word(self, line: int, column: int) -> tuple[str, Span] | None:
-        """Return the word at a position (or ending there) and its span; None if there is none, or in strings and
-        comments."""
+        """Return the word at a position (or ending there) and its span; None if there is no word, or if the position is
+        in a string or a comment."""
         if not 1 <= line <= len(self.lines):
             return None
         words = _WORD.finditer(blank_out(self.lines[line - 1]))
@@ -627,8 +629,8 @@ def _signature(program: ast.Program) -> str:
 
 
 def new_name(asked: Occurrence, name: str) -> str:
-    """Check a new name for the program, label or variable `asked`, and return it as the text must have it: with the
-    sigil of the variable, a label without leading zeros. Raises InvalidName."""
+    """Check a new name for the program, label or variable `asked`, and return it as it must be written in the file: a
+    variable with its sigil, a label without leading zeros. Raises InvalidName."""
     if asked.kind is SymbolKind.LABEL:
         if not name.isascii() or not name.isdigit() or float(name) > lexer.LABEL_HIGH:
             raise InvalidName(name, f"a label is a number from 0 to {lexer.LABEL_HIGH}")

@@ -31,7 +31,7 @@ from vrs_cli.values.diagnostics import Diagnostic, Severity, Span
 from vrs_cli.version import __version__
 
 MAX_FILES = 2000  # read at most this many program files of a workspace
-PAUSE = 0.05  # [s] check a text this long after the last keystroke, so that fast typing causes only one check
+PAUSE = 0.05  # [s] check a file this long after the last keystroke, so that fast typing causes only one check
 
 _SEVERITIES: Mapping[Severity, lsp.DiagnosticSeverity] = {
     Severity.ERROR: lsp.DiagnosticSeverity.Error,
@@ -50,7 +50,7 @@ class InvalidRequest(exceptions.JsonRpcInvalidParams):
 
 
 class Question(Protocol):
-    """The parameters of a request about a position in a text."""
+    """The parameters of a request about a position in a file."""
 
     text_document: lsp.TextDocumentIdentifier
     position: lsp.Position
@@ -102,8 +102,8 @@ class AnsweringProtocol(LanguageServerProtocol):
 
 
 class Val2Server(LanguageServer):
-    """The language server. It parses each version of a text only once. The texts of open files are those in the editor;
-    all others are read from the disk. `model`: the robot for which locations are checked."""
+    """The language server. It parses each version of a file only once. The contents of open files come from the editor;
+    all other files are read from the disk. `model`: the robot for which locations are checked."""
 
     def __init__(self, model: RobotModel) -> None:
         super().__init__("vrs", __version__, protocol_cls=AnsweringProtocol)
@@ -131,17 +131,18 @@ class Val2Server(LanguageServer):
         return self.files.document(uri)
 
     def texts(self) -> dict[str, str]:
-        """Return the current texts of all known files, by address: the editor's for open files."""
+        """Return the current contents of all known files, by address. The contents of open files come from the
+        editor."""
         return self._on_disk | {one: document.source for one, document in self.open_texts.items()}
 
     @property
     def open_texts(self) -> dict[str, workspace.TextDocument]:
-        """Return the texts that are open in the editor, by address."""
+        """Return the contents of the files that are open in the editor, by address."""
         return {document.uri: document for document in self.workspace.text_documents.values()}
 
     def look(self) -> None:
-        """Update the texts of program files that are not open: those in the workspace, and those in the folders of open
-        files. Only files that have changed on the disk are read again."""
+        """Update the contents of program files that are not open: files in the workspace, and files in the folders of
+        open files. Only files that have changed on the disk are read again."""
         opened = {uris.to_fs_path(uri): uri for uri in self.open_texts}
         roots = [uris.to_fs_path(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
         found = {path: uri for path, uri in opened.items() if path}
@@ -164,7 +165,7 @@ class Val2Server(LanguageServer):
     # --- positions ---
 
     def locate(self, params: Question) -> tuple[str, Document, tuple[int, int]]:
-        """Return the address of the text that a request names, its document, and the line and column of the request's
+        """Return the address of the file that a request names, its document, and the line and column of the request's
         position, counted from 1."""
         uri = params.text_document.uri
         document = self.document(uri)
@@ -183,7 +184,7 @@ class Val2Server(LanguageServer):
     # --- diagnostics ---
 
     def check_soon(self, uri: str) -> None:
-        """Schedule a check of a text for when the user has not typed for PAUSE seconds."""
+        """Schedule a check of a file for when the user has not typed for PAUSE seconds."""
         self.forget(uri)
         self._waiting[uri] = asyncio.get_running_loop().call_later(PAUSE, self.check, uri)
 
@@ -207,16 +208,16 @@ class Val2Server(LanguageServer):
         return lsp.Diagnostic(place, one.message, severity, code=one.code, source="vrs")
 
     def publish(self, uri: str, found: list[lsp.Diagnostic], version: int | None = None) -> None:
-        """Send the diagnostics that the editor shows for a text, in place of the earlier ones."""
+        """Send the diagnostics of a file to the editor; they replace the earlier ones."""
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
 
     def forget(self, uri: str) -> None:
-        """Cancel the scheduled check of a text, if there is one."""
+        """Cancel the scheduled check of a file, if there is one."""
         if (waiting := self._waiting.pop(uri, None)) is not None:
             waiting.cancel()
 
     def close(self, uri: str) -> None:
-        """Handle the closing of a text in the editor: cancel its check, read its file, and remove its diagnostics."""
+        """Handle the closing of a file in the editor: cancel its check, read its file, and remove its diagnostics."""
         self.forget(uri)
         self.look()
         self.publish(uri, [])
@@ -297,7 +298,7 @@ def _definition(server: Val2Server, params: lsp.DefinitionParams) -> lsp.Locatio
 
 
 def _formatting(server: Val2Server, params: lsp.DocumentFormattingParams) -> Sequence[lsp.TextEdit] | None:
-    """Return one edit that formats the whole text; None if the text is already formatted, or has mistakes that prevent
+    """Return one edit that formats the whole file; None if the file is already formatted, or has mistakes that prevent
     formatting."""
     document = server.document(params.text_document.uri)
     text = document.canonical()
@@ -373,7 +374,7 @@ def _signature(server: Val2Server, params: lsp.SignatureHelpParams) -> lsp.Signa
 
 def _actions(server: Val2Server, params: lsp.CodeActionParams) -> Sequence[lsp.CodeAction]:
     """Return an action for each correction of a mistake in the requested lines, and one action that makes all certain
-    corrections of the text."""
+    corrections in the file."""
     uri, document = params.text_document.uri, server.document(params.text_document.uri)
     wanted, lines = params.context.only, range(params.range.start.line + 1, params.range.end.line + 2)
     found = [
@@ -416,7 +417,7 @@ LEGEND = lsp.SemanticTokensLegend([one.value for one in Colour], [one.value for 
 
 
 def _colours(server: Val2Server, params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
-    """Return the colours of a text as semantic tokens: five numbers for each piece, which are its line and column
+    """Return the colours of a file as semantic tokens: five numbers for each piece, which are its line and column
     relative to the previous piece, its length, its kind, and its modifiers as bits."""
     uri = params.text_document.uri
     kinds, modifiers = ({one: place for place, one in enumerate(of)} for of in (Colour, Modifier))

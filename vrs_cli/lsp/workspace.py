@@ -28,14 +28,14 @@ _NAME = re.compile(r"[A-Za-z][\w.]*")
 
 
 class FileSpan(NamedTuple):
-    """A span in one of several texts. `uri`: the address of the text."""
+    """A span in one of several files. `uri`: the address of the file."""
 
     uri: str
     span: Span
 
 
 class _Outline(NamedTuple):
-    """The data by which a text is linked to other texts, found without parsing it. `programs`: the keys of its
+    """The data by which a file is linked to other files, found without parsing it. `programs`: the keys of its
     programs; `called`: the keys of programs that it may call but does not contain; `named`: the files that its comments
     name (`; with: ...`)."""
 
@@ -57,8 +57,8 @@ def _outline(text: str, name: str) -> _Outline:
 
 
 class Workspace:
-    """The current texts of a workspace, by address, and their documents. `take` replaces the texts; unchanged ones are
-    not parsed again. `model`: the robot for which locations are checked."""
+    """The current contents of the files of a workspace, by address, and their documents. `take` replaces the contents;
+    unchanged files are not parsed again. `model`: the robot for which locations are checked."""
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
@@ -122,7 +122,7 @@ class Workspace:
     # --- mistakes ---
 
     def diagnostics(self, uri: str) -> tuple[Diagnostic, ...]:
-        """Check a text together with the other texts of its name space, as `vrs check` does, and return its
+        """Check a file together with the other files of its name space, as `vrs check` does, and return its
         diagnostics."""
         document, others, project = self.document(uri), self.others(uri), self.project(uri)
         first = (self.document(other) for other in project[1:] if other < uri)
@@ -168,7 +168,7 @@ class Workspace:
 
     def rename(self, uri: str, line: int, column: int, name: str) -> tuple[str, dict[str, tuple[Span, ...]]]:
         """Find what must change in all files of the name space to rename the name at a position. Return the new name as
-        the text must have it (with its sigil), and the spans to replace, by address. Raises UsageError, InvalidName."""
+        it must be written (with its sigil), and the spans to replace, by address. Raises UsageError, InvalidName."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
         new, spans = document.rename(line, column, name)
@@ -186,8 +186,8 @@ class Workspace:
         return new, found
 
     def symbols(self, query: str) -> Iterator[tuple[str, Symbol, str]]:
-        """Yield the programs, and the variables in sections, whose names contain a text, as (address, symbol, section);
-        the section of a program is ""."""
+        """Yield the programs, and the variables in sections, whose names contain a string, as (address, symbol,
+        section); the section of a program is ""."""
         wanted, kinds = query.lower(), (SymbolKind.PROGRAM, SymbolKind.VARIABLE)
         found = (
             (uri, one, holder)

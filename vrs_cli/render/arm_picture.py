@@ -14,7 +14,7 @@ from vrs_cli.render.colours import Ink
 from vrs_cli.values.numbers import decimal, seconds
 from vrs_cli.values.replies import ArmPicture, BodyKind
 
-WIDTH, HEIGHT = 80, 21  # columns and rows of the picture, if the page has no size
+WIDTH, HEIGHT = 80, 21  # columns and rows of the picture, if the size of the page is not known
 TEXT_ROWS = 3  # rows of text above and below the drawing
 MIN_WIDTH, MIN_HEIGHT = 24, 7
 GAP = 2  # columns between the two views
@@ -163,7 +163,7 @@ class ArmDrawing:
             self._reach = tuple(Canvas(frame.width, frame.height, *size) for frame in self._frames)
             for frame, canvas in zip(self._frames, self._reach, strict=True):
                 Pen(frame, page.unicode, canvas).line(DrawnPart.REACH, _outline(frame.view, picture.reach), every=3)
-        # the background: all tool paths except that of the current motion
+        # the background: all tool paths except the path of the current motion
         behind = (picture.past[:-1], picture.planned[1:])
         if behind != self._behind:
             self._behind, self._rows = behind, {}

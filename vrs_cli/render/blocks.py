@@ -35,8 +35,8 @@ def line(text: str = "", ink: Ink = Ink.TEXT) -> TextLine:
 class Column(Struct, frozen=True):
     """A column of a grid. `width`: its minimum number of characters.
 
-    If the grid is too wide, one column becomes narrower: `fold` wraps its long texts over several rows, `cut` truncates
-    them.
+    If the grid is too wide, one column becomes narrower: `fold` wraps its long entries over several rows, `cut`
+    truncates them.
     """
 
     heading: str

@@ -62,7 +62,8 @@ class Canvas:
             owners[column] = owner
 
     def _own(self, row: int) -> tuple[dict[int, int], dict[int, int]]:
-        """Return the owners and dots of a row, to be changed; copy them first if another canvas shares them."""
+        """Return the owners and dots of a row, which the caller may change; copy them first if another canvas shares
+        them."""
         if self.shared[row]:
             self.shared[row] = False
             self.owner[row], self.dots[row] = dict(self.owner[row]), dict(self.dots[row])

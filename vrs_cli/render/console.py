@@ -126,7 +126,7 @@ def _lines(text: str) -> Iterator[tuple[str, TextLine]]:
 
 
 def _blocks(text: str) -> Iterator[list[str]]:
-    """Split a text at empty lines. Each list item, heading and code section is one block."""
+    """Split Markdown at empty lines. Each list item, heading and code section is one block."""
     block, fenced = list[str](), False
     for line in [*text.strip("\n").splitlines(), ""]:
         fences = line.startswith("```")

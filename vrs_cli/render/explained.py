@@ -74,8 +74,8 @@ def verdict(option: results.Option, units: JointUnits) -> str:
 
 
 def _overruns(overruns: Sequence[results.Overrun], units: JointUnits) -> str:
-    """Describe by how much joints leave their ranges. If neighbouring joints have the same unit, only the last of them
-    shows it."""
+    """Describe by how much joints leave their ranges. If neighbouring joints have the same unit, only the last of these
+    joints shows it."""
     parts = []
     for this, after in zip_longest(overruns, overruns[1:]):
         unit = units.unit(this.joint)
@@ -295,7 +295,7 @@ def _product(name: str, names: Sequence[str]) -> blocks.TextLine:
 
 
 def _factors(factors: Sequence[results.Factor]) -> blocks.Grid:
-    """Return a grid with each factor, and the product of the factors up to it."""
+    """Return a grid with each factor, and the product of all factors up to this one."""
     rows = list[tuple[str, ...]]()
     for place, factor in enumerate(factors):
         rows.append((factor.name, f"{factor.inner} in {factor.outer}", *map(decimal, numbers_of(factor.T))))

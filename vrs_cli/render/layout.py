@@ -416,7 +416,8 @@ def _latest(grid: Grid, what: str, most: int | None) -> Iterator[Block]:
 
 
 def _command_grid(commands: Sequence[results.CommandRecord]) -> Grid:
-    """Return a grid of commands with their times, and with the requested time if any motion begins at another time."""
+    """Return a grid of commands with their times; if any motion begins at another time than requested, the grid also
+    shows the requested times."""
     displaced = any(row.is_displaced for row in commands)
     headings = ("t_iss", "asked", "t_exec", "t_end") if displaced else ("t_iss", "t_exec", "t_end")
     columns = (
@@ -492,8 +493,8 @@ def _measures(a: results.Extent, b: results.Extent) -> Iterator[tuple[str, ...]]
 
 
 def _fates(reply: replies.ComparisonTable) -> Grid:
-    """Return a grid of the commands of two timelines, with their times on both, and with the requested time if any
-    motion begins at another time."""
+    """Return a grid of the commands of two timelines, with their times on both; if any motion begins at another time
+    than requested, the grid also shows the requested times."""
     pairs = reply.comparison.commands
     displaced = any(record.is_displaced for pair in pairs for record in (pair.a, pair.b) if record is not None)
     columns = (

@@ -173,7 +173,7 @@ class SignalsCheck(BaseCheck, frozen=True, tag="signals"):
 
 
 class TypedText(Struct, frozen=True):
-    """A line that TYPE must show: a text or a pattern, typed between `after` and `before` [s]."""
+    """A line that TYPE must show: a string or a pattern, typed between `after` and `before` [s]."""
 
     text: str
     pattern: bool = False

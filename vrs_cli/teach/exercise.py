@@ -52,7 +52,7 @@ _FAILS = re.compile(r"(?i)\s*;\s*fails\s*:\s*(.+?)\s*$")
 
 
 class WrongSubmission(Struct, frozen=True):
-    """A typical wrong submission. `fails`: names of the checks that must fail. `text`: the text of the program."""
+    """A typical wrong submission. `fails`: names of the checks that must fail. `text`: the source of the program."""
 
     path: str
     fails: tuple[str, ...]
@@ -103,8 +103,8 @@ class Exercise(Struct, frozen=True):
 
     @property
     def needs_model(self) -> bool:
-        """Return whether a check compares the run with that of the model solution, so that `mark` needs the evidence of
-        both."""
+        """Return whether a check compares the run with the run of the model solution, so that `mark` needs the evidence
+        of both runs."""
         return any(check.needs_model for check in self.checks)
 
     def variant(self, seed: int | None) -> Exercise:

@@ -68,7 +68,7 @@ class ExerciseText(CellText):
     """
 
     def __init__(self, path: str, text: str) -> None:
-        """Raise FileDamaged if the text is not TOML."""
+        """Raise FileDamaged if the file is not TOML."""
         super().__init__(path, text)
         self.locations, self.parts, self.bodies = frozenset[Item](), tuple[str, ...](), tuple[str, ...]()
         try:
@@ -99,7 +99,7 @@ class ExerciseText(CellText):
         return least
 
     def text(self, entry: CellEntry, key: str) -> str:
-        """Read a non-empty text."""
+        """Read a non-empty string."""
         given = entry.given.get(key)
         if isinstance(given, str) and given.strip() and len(given) <= MAX_TEXT_CHARS:
             return given
@@ -120,7 +120,7 @@ class ExerciseText(CellText):
         return []
 
     def texts(self, entry: CellEntry, key: str) -> tuple[str, ...]:
-        """Read a list of texts."""
+        """Read a list of strings."""
         found = self.list_of(entry, key, 'a list of texts, such as ["one", "two"]')
         if not all(isinstance(one, str) and one and len(one) <= MAX_TEXT_CHARS for one in found):
             self.fault(entry, key, 'each is a text in quotes, such as ["one", "two"]')
@@ -176,7 +176,7 @@ class ExerciseText(CellText):
 
 
 def item_of_text(text: str) -> Item | None:
-    """Return the variable that a text names, such as `corner` or `slot[2,1]`; None if the text is not a name."""
+    """Return the variable that a string names, such as `corner` or `slot[2,1]`; None if the string is not a name."""
     found = _LOCATION.fullmatch(text)
     if found is None:
         return None

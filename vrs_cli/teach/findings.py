@@ -271,7 +271,7 @@ class Mutant(NamedTuple):
 
 
 def mutants_of(text: str, dialect: Dialect, locations: Mapping[Item, Value]) -> list[Mutant]:
-    """Return at most MAX_MUTANTS mutants of the programs of a text. `locations`: given locations; each is shifted in
+    """Return at most MAX_MUTANTS mutants of the programs in a file. `locations`: given locations; each is shifted in
     one mutant."""
     file, _ = parse_file(text, dialect)
     programs = [part for part in file.parts if isinstance(part, ast.Program)]
@@ -380,10 +380,10 @@ def copied_numbers(text: str, dialect: Dialect, locations: Mapping[Item, Value])
 
 
 def _after(lines: Sequence[str], number: int, more: str) -> str:
-    """Return a text with lines inserted after line `number`, counted from 1."""
+    """Return a file's text with lines inserted after line `number`, counted from 1."""
     return "\n".join([*lines[:number], more, *lines[number:]])
 
 
 def _with_line(lines: Sequence[str], number: int, other: str) -> str:
-    """Return a text with line `number` replaced."""
+    """Return a file's text with line `number` replaced."""
     return "\n".join([*lines[: number - 1], other, *islice(lines, number, None)])

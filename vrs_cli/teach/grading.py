@@ -107,7 +107,7 @@ class SubmissionRuns:
 
 
 def _station(exercise: Exercise) -> Station:
-    """Return a station with the cell and the inputs of a variant, and with a terminal that nobody uses."""
+    """Return a station with the cell and the inputs of a variant, and with a terminal that no user is connected to."""
     terminal = Notes()
     terminal.begin(_nobody)
     station = Station(
@@ -171,8 +171,8 @@ class Grading(Struct, frozen=True):
 
 
 class Grader:
-    """A grader of submissions of one exercise. It holds the variants, and the evidence of the model solution in
-    each."""
+    """A grader of submissions of one exercise. It holds the variants, and the evidence of the model solution in each
+    variant."""
 
     def __init__(self, exercise: Exercise) -> None:
         """Run the model solution in all variants. Raises FileDamaged if it cannot run."""
@@ -187,7 +187,7 @@ class Grader:
             except NotExecuted as error:
                 path = Path(exercise.folder, "teacher", "model.v2")
                 raise FileDamaged(f"{path} is not executed: {error.detail}", "vrs check tells its mistakes") from None
-            mark(variant, model, model)  # fill caches, such as physics models, before processes fork, which share them
+            mark(variant, model, model)  # fill caches (of physics models) before processes fork, so that all share them
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle only the folder, so that another process reads the exercise again."""

@@ -46,8 +46,9 @@ class Key(NamedTuple):
 
 
 class CheckKind(NamedTuple):
-    """A kind of check: its class, and the function that judges a run. `what`: the subject of the check, as the
-    documentation shows it. `partial`: which runs earn a part of the points; "": a run earns all points or none."""
+    """A kind of check: the class of its data, and the function that judges a run. `what`: the subject of the check, as
+    the documentation shows it. `partial`: which runs earn some of the points; "": a run earns either all points or
+    none."""
 
     check: type[BaseCheck]
     judge: Callable[[Any, JudgedRun], Verdict]

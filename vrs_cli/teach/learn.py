@@ -42,7 +42,7 @@ class AskRobot(Protocol):
 
 
 class LessonPrompt(Protocol):
-    """The prompt at which a learner types: that of a shell, or of a robot that is served to browsers."""
+    """The prompt at which a learner types: the prompt of a shell, or of a robot that is served to browsers."""
 
     terminal: Terminal
 
@@ -128,7 +128,7 @@ def _is_standing(found: Any) -> bool:
 
 
 class Learner:
-    """A guide that leads a user through a lesson. `show` displays Markdown. `course`: the folders and titles of all
+    """The code that leads a user through a lesson. `show` displays Markdown. `course`: the folders and titles of all
     lessons. `wanted`: the folder of the lesson that the user chose to start next, for which the shell ends."""
 
     def __init__(

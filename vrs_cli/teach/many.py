@@ -343,7 +343,7 @@ def _client(address: str) -> Any:
 
 
 def _cores(client: Any) -> int:
-    """Return the number of cores of all workers. Raises ClusterError if there are no workers, or if a worker has
+    """Return how many cores all workers have together. Raises ClusterError if there are no workers, or if a worker has
     another version of vrs."""
     try:
         client.wait_for_workers(1, timeout=SCHEDULER_TIMEOUT_S)

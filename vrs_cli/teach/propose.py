@@ -382,7 +382,7 @@ def _typed_lines(run: Evidence) -> Iterator[Proposed]:
 
 def _typed_line(line: str) -> str:
     """Return a typed line as a check requires it: as an exact text, or as a pattern if it contains numbers."""
-    # the texts between the numbers; split also returns the matches of NUMBER's group
+    # the strings between the numbers; split also returns the matches of NUMBER's group
     words = re.split(NUMBER, line)[::2]
     # escape like re.escape, but not blanks, so that the pattern stays readable
     escaped = (re.sub(r"([\\^$.|?*+()\[\]{}])", r"\\\1", one) for one in words)
@@ -469,7 +469,7 @@ def _numbers(T: Transform) -> str:
 
 
 def _quote(text: str) -> str:
-    """Return a text as a TOML string."""
+    """Return a string as TOML writes it, in quotes."""
     if "'" not in text and text.isprintable() and ('"' in text or "\\" in text):
         return f"'{text}'"
     plain = text.replace("\\", "\\\\").replace('"', '\\"')

@@ -33,7 +33,7 @@ from vrs_cli.values.replies import Farewell, Reply
 T = TypeVar("T")
 LESSON_ROBOT = "-2"  # suffix of the name of a student's second robot, which is for lessons
 WORDS = frozenset(("HINT", "AGAIN", "SKIP", "BACK", "LESSONS", "LESSON"))
-MAX_KEPT = 20  # maximum number of texts of the current step that are kept for clients that connect later
+MAX_KEPT = 20  # maximum number of messages of the current step that are kept for clients that connect later
 LINE_SECONDS = 60.0  # [s] maximum time to execute a line of a lesson
 
 
@@ -139,7 +139,7 @@ class Tutor:
         standing = record.of(lesson.key)
         begin = 0 if standing.is_finished else standing.passed
         self._learner = Learner(lesson, self._look, self._show, record, course, begin)
-        self._said: list[messages.LessonText] = []  # texts of the current step, for clients that connect later
+        self._said: list[messages.LessonText] = []  # messages of the current step, for clients that connect later
         self._work: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._looks = False  # whether a check of the step is already queued
         room.ended = self._line_ended
@@ -199,7 +199,7 @@ class Tutor:
         return session.actor.call(lambda: ask(session)).result()
 
     def _show(self, text: str) -> None:
-        """Show a text of the lesson to all clients of the robot."""
+        """Show a message of the lesson to all clients of the robot."""
         standing = self._learner.standing
         said = messages.LessonText(text, self.lesson.title, min(standing.passed + 1, standing.of), standing.of)
 

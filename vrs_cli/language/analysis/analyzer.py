@@ -284,7 +284,7 @@ def delays(program: Program) -> Iterator[Diagnostic]:
     for number, statement in enumerate(statements, 1):
         if isinstance(statement, ast.Instruction) and statement.word == "DELAY":
             telling = (one for one in statements[number:] if _shows_time(one) or not _at_once(one))
-            # warn if the next such step shows a text or reads the time, because the user would see that nothing paused
+            # warn if the next such step shows output or reads the time, because the user would see that nothing paused
             if (first := next(telling, None)) is not None and _shows_time(first):
                 yield warning(
                     PauseOfArm,
@@ -391,7 +391,7 @@ def endless(program: Program, blocks: Collection[Block], surroundings: Surroundi
 
 
 def _goes_on(statement: Statement) -> bool:
-    """Return whether a step is certain neither to wait nor to leave the loops around it."""
+    """Return whether a step certainly neither waits nor leaves the loops around it."""
     if isinstance(statement, ast.Goto | ast.IfGoto | ast.BadLine):
         return False
     return not isinstance(statement, ast.Instruction) or not (
@@ -409,7 +409,7 @@ _MAY_MOVE = frozenset({"CALL", "CALLS", "DO", "EXECUTE", "REACT", "REACTI", "OPE
 MAX_HINTS = 10
 
 
-# instructions that DO refuses at the prompt, because they need a program around them
+# instructions that DO refuses at the prompt, because they only work in a program
 _IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS | {"REACT", "REACTI", "REACTE", "RETURNE", "IGNORE", "LOCK", "RUNSIG"}
 
 

@@ -457,7 +457,8 @@ SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
 
 def val_grouping(expression: Expression) -> Iterator[tuple[str, str, Span]]:
     """Yield each part of an expression that VAL-II groups differently from V+, as three items: its text with
-    parentheses that show the grouping of V+, the text with those of VAL-II, and its span."""
+    parentheses that show the grouping of V+, its text with parentheses that show the grouping of VAL-II, and its
+    span."""
     flat = tuple(_flat(expression))
     if any(isinstance(item, Token) and item.value in LOGICAL for item in flat):
         texts = [item if isinstance(item, Token) else expression_text(item) for item in flat]

@@ -49,7 +49,7 @@ class _Open(Struct):
     span: Span
     middles: list[int] = field(default_factory=list)
     complete: bool = False  # whether ELSE or ANY was found, so that only END may follow
-    vague: bool = False  # whether it is doubtful that there is a block, because a line that did not parse opened it
+    vague: bool = False  # whether it is uncertain that a block was opened, because its opening line did not parse
 
     @property
     def closing(self) -> str:
@@ -227,7 +227,8 @@ def canonical_text(text: str, dialect: Dialect = Dialect.VPLUS, name: str = "") 
     """Return the canonical text of a file. Return its errors instead if a line does not parse, or a block has no start
     or no end, because the indentation would then be misleading.
 
-    `dialect`: the dialect if the file names none. `name`: the name of the file, for a program without a heading.
+    `dialect`: the dialect to use if the file does not name one. `name`: the name of the file, for a program without a
+    heading.
     """
     file, found = parse_file(text, dialect, name=name)
     unpaired = (
@@ -394,7 +395,7 @@ def beyond(program: Program, *, vplus: bool = True) -> Iterator[Diagnostic]:
 
 def waits_for_signals(program: Program) -> bool:
     """Return whether WAIT 3 in a program waits for input 1003, as in VAL. In a program with words of V+ the number is a
-    condition instead, which is always true; published drivers for V+ probably rely on this."""
+    condition instead, which is always true; published drivers for V+ probably rely on this rule of V+."""
     remembered = vars(program)
     if "waits_for_signals" not in remembered:
         remembered["waits_for_signals"] = next(beyond(program, vplus=False), None) is None

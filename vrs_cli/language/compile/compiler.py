@@ -223,7 +223,7 @@ class ProgramCompiler(ExpressionCompiler):
 
     def _count_steps(self, place: int, stop: int) -> list[py.stmt]:
         """Return the code that counts the step of an operation. The steps of a straight run of operations are counted
-        together at its start; if the task's turn may end within the run, each operation counts its own step."""
+        together at its start; if the task's time slice may end within the run, each operation counts its own step."""
         suspended = py.If(tree.not_(tree.name("n")), [tree.yield_(tree.constant(place)), _LOAD_LEFT], [])
         if self._later:
             self._later -= 1
@@ -416,8 +416,8 @@ class ProgramCompiler(ExpressionCompiler):
         return [*self.call_bound(op), py.If(done, [tree.assign("n", tree.name("m"))], away)]
 
     def call_bound(self, op: lowering.Invoke) -> list[py.stmt]:
-        """Return the code that calls the function bound to the call, with the number of steps left in the turn, and
-        assigns its result to `m`."""
+        """Return the code that calls the function bound to the call, with the number of steps left in the task's time
+        slice, and assigns its result to `m`."""
         given = map(self.given_to_call, op.called.arguments)
         call = tree.call("f", tree.name("X"), tree.name("n"), tree.name("e"), *given)
         return [py.Assign([tree.unpacked("fe")], tree.item("C", tree.constant(op.site))), tree.assign("m", call)]

@@ -4,16 +4,16 @@ A direct call is fast because it makes no activation (the record of a running ca
 return to the task. The subroutine may contain only assignments, blocks, jumps, RETURN and calls, and no function that
 depends on the task.
 
-    def direct(X, n, E, a0, a1, ..., R, L, S, P, KR, KL, C, ...):   X: context; n: steps left in the task's turn;
+    def direct(X, n, E, a0, a1, ..., R, L, S, P, KR, KL, C, ...):   X: context; n: steps left in the time slice;
         p0, q0, k0 = a0                                             E: executable; a0...: arguments; the others have
         pc = 0                                                      defaults: cells, bound calls, arrays (`compiler`)
         while True:
             ...
 
-The function counts the steps of a straight run of operations at its start, and returns the number of steps left in the
-turn (time slice). If the turn may end within a run, the function records the current operation in the context and
-returns minus the number of steps left; the task then continues it with an activation. If the task must make the whole
-call, the function records its arguments and returns 0.
+At the start of a straight run (operations that always follow each other), the function counts all steps of the run. It
+returns the number of steps left in the task's time slice. If the time slice may end within a run, the function records
+the current operation in the context and returns minus the number of steps left; the task then continues it with an
+activation. If the task must make the whole call, the function records its arguments and returns 0.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _TASK_FUNCTIONS = frozenset(
 
 class Direct(Struct, frozen=True):
     """A compiled direct function. `arrays`: the arrays that it takes as its last default arguments; `following`: for
-    each operation, the number of steps after it in its straight run, which are counted together with it."""
+    each operation, the number of later steps in its straight run, which are counted together with it."""
 
     function: Callable[..., int]
     arrays: tuple[Array, ...]

@@ -108,9 +108,9 @@ class ExpressionCompiler:
     # variables
 
     def place(self, variable: ast.Variable, kind: Kind | None = None) -> tuple[str, str | None, py.expr | None]:
-        """Return where a variable is stored, as three items: the Python variable with its cells; for a bare name, the
-        Python variable with the cells of the other possible kind (real or location), otherwise None; and the code of
-        its key (None for a whole array).
+        """Return where a variable is stored, as three items: the Python variable with its cells (stored values); for a
+        bare name, the Python variable with the cells of the other possible kind (real or location), otherwise None; and
+        the code of its key (None for a whole array).
 
         The variable's kind is the one that its sigil or the analysis decides, otherwise `kind`, otherwise REAL.
         """
@@ -167,8 +167,8 @@ class ExpressionCompiler:
         return reference
 
     def _fields(self, variable: ast.Variable) -> tuple[py.expr, ...]:
-        """Return the code of the fields of a Reference to a variable or a whole array: real (or only) cells, location
-        cells, key."""
+        """Return the code of the fields of a Reference to a variable or a whole array: the cells (stored values) of
+        reals, or of its only kind; the cells of locations; the key."""
         self.spelling.setdefault(variable.key, variable.sigil + variable.name)
         kind = SIGIL_KINDS.get(variable.sigil)
         cells = self._cells(variable, kind or Kind.REAL)

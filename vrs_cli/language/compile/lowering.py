@@ -241,8 +241,8 @@ class _Lowering:
         return Mark(number)
 
     def _first_middle(self, opener: int, more: int) -> int:
-        """Return the step index of the first ELSE, VALUE or ANY of a block, plus `more`; if there is none, that of the
-        block's END."""
+        """Return the step index of the first ELSE, VALUE or ANY of a block, plus `more`; if there is none, the step
+        index of the block's END."""
         block = self._openers[opener]
         return block.middles[0] + more if block.middles else block.closer
 

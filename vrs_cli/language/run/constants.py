@@ -46,7 +46,7 @@ CHECKED_BY_THE_ROBOT = (
     commands.SetParameter,
     commands.SetConfiguration,
 )
-# values tried in place of an unknown real; if all of them cause the same error, any number is assumed to cause it
+# values tried in place of an unknown real; if all cause the same error, any number is assumed to cause this error
 STAND_INS = (1.0, 8.0, 32.0)
 TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # instructions in which a bare number may be a channel of VAL
 NAMED = frozenset({Shape.UNIT, Shape.SETTING})  # operands where a variable is not replaced by its value
@@ -64,8 +64,8 @@ Given = Value | CallProgram | Gap | None
 
 
 class Constants(Struct, frozen=True):
-    """A trial of a program's constants. `context`: a separate memory and robot, which must not be used for anything
-    else; `perform`: carries out a request on this robot, and raises VrsError if the robot refuses it."""
+    """A check that tries out a program's constants. `context`: a separate memory and robot, which must not be used for
+    anything else; `perform`: carries out a request on this robot, and raises VrsError if the robot refuses it."""
 
     context: Context
     perform: Callable[[commands.Request], None]

@@ -39,15 +39,15 @@ Answers = Generator[Event, str | None, None]  # a generator that receives the dr
 
 
 class Type(Effect, frozen=True):
-    """Show a text at the terminal. `newline`: end the line after it."""
+    """Show a string at the terminal. `newline`: end the line after the string."""
 
     text: str
     newline: bool = True
 
 
 class Prompt(Effect, frozen=True):
-    """Show a text at the terminal and read a line; the driver passes the line to `Task.resume`. `count`: the number of
-    values that the line must contain; `wrong`: the mistake in the previous line, if this prompt repeats the
+    """Show a string at the terminal and read a line; the driver passes the line to `Task.resume`. `count`: the number
+    of values that the line must contain; `wrong`: the mistake in the previous line, if this prompt repeats the
     question."""
 
     text: str
@@ -107,9 +107,10 @@ class CallProgram(Effect, frozen=True):
 
 
 class BrokenOff(Effect, frozen=True):
-    """A direct call (see `compile.direct`) has stopped because the task's turn ended; the task continues it. `frames`:
-    one tuple for each called program, the innermost first: the executable, the arguments and private variables, the
-    operation, the limits of FOR and subjects of CASE, and whether the operation has already made a call."""
+    """A direct call (see `compile.direct`) has stopped because the task's time slice ended; the task continues it.
+    `frames`: one tuple for each called program, the innermost first: the executable, the arguments and private
+    variables, the operation, the limits of FOR and subjects of CASE, and whether the operation has already made a
+    call."""
 
     frames: tuple[Any, ...]
 
@@ -275,7 +276,7 @@ class Reactions:
     @property
     def due(self) -> Reaction | None:
         """Return the reaction that the task must call next: of the waiting reactions, the one with the highest
-        priority, or the earliest of several. Return None if no priority is above that of the task."""
+        priority, or the earliest of several. Return None if no reaction has a higher priority than the task."""
         if not self.waiting:
             return None
         first = max(self.waiting, key=lambda reaction: reaction.priority)
@@ -327,8 +328,8 @@ class UnitEffect(Effect, frozen=True):
 
 
 class AttachUnit(UnitEffect, frozen=True):
-    """ATTACH: attach a logical unit to a device. The driver's answer is the number of the unit: that of a free unit if
-    `unit` is ANY. `device`: the name of the device, None for the usual device of this unit."""
+    """ATTACH: attach a logical unit to a device. The driver answers with the number of the unit; if `unit` is ANY, it
+    chooses a free unit. `device`: the name of the device, None for the usual device of this unit."""
 
     device: str | None = None
 
@@ -381,8 +382,8 @@ class AwaitLine(UnitEffect, frozen=True):
 
 
 class WriteRecord(UnitEffect, frozen=True):
-    """WRITE: write a text. `newline`: end the record after the text. `handle`: the handle of the connection to write
-    to, None for the connection of the last READ; `wait`: wait until there is a connection."""
+    """WRITE: write a string. `newline`: end the record after the string. `handle`: the handle of the connection to
+    write to, None for the connection of the last READ; `wait`: wait until there is a connection."""
 
     text: str
     newline: bool

@@ -53,7 +53,7 @@ def for_step(step: float) -> float:
 
 
 def setting(name: str, variable: Reference) -> Value:
-    """Return the value for `PARAMETER p = name`: that of the variable `name` if it has a value, otherwise the name
+    """Return the value for `PARAMETER p = name`: the value of the variable `name` if it has one, otherwise the name
     itself as a keyword."""
     return variable.value() if variable.has_value() else name.upper()
 
@@ -302,7 +302,7 @@ class Executable:
         )
 
     def local_size(self) -> int:
-        """Return the size of the LOCAL variables: the number of array elements plus that of string characters."""
+        """Return the size of the LOCAL variables: the number of array elements plus the number of string characters."""
         made: tuple[Reference, ...] = self.__dict__.get("_local", ())
         return sum(reference.size() for reference in made)
 
@@ -455,7 +455,7 @@ class Activation:
         self.steps = self.program.start(self._context, self._arguments, self._slots, op)
 
     def skip(self, more: int = 0) -> None:
-        """Make the call continue with the next step, or `more` steps after it."""
+        """Make the call continue with the next step, or `more` steps after that step."""
         end = len(self.program.program.steps)
         self.enter(self.program.compilation.lowered.entries[min(self.step + 1 + more, end)])
 
@@ -474,8 +474,8 @@ class Environment(Memory):
         return known
 
     def size_of_all(self) -> int:
-        """Return the size of all variables, including LOCAL ones: the number of array elements plus that of string
-        characters."""
+        """Return the size of all variables, including LOCAL ones: the number of array elements plus the number of
+        string characters."""
         return self.size() + sum(
             one.local_size()
             for stored, one in self._executables.items()

@@ -1,4 +1,4 @@
-"""Make the texts of TYPE and $ENCODE: values in number formats (V+ Language User's Guide; val2 section 4.7)."""
+"""Format values as strings for TYPE and $ENCODE, in number formats (V+ Language User's Guide; val2 section 4.7)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from vrs_cli.values.numbers import Value
 
 
 def _fit(text: str, width: int) -> str:
-    """Right-justify a text in a field of this width; return asterisks if it does not fit. With a width of 0, return the
-    text unchanged."""
+    """Right-justify a string in a field of this width; return asterisks if the string does not fit. With a width of 0,
+    return it unchanged."""
     if not width:
         return text
     return text.rjust(width) if len(text) <= width else "*" * width

@@ -369,7 +369,7 @@ class Memory(Variables):
 
 class Context(Struct, frozen=True):
     """The objects that the functions and instructions of a task use. `environment`: variables and programs; `engine`:
-    the robot; `reactions`: the reactions of the task; `turn`: the number of steps left in the task's turn and the
+    the robot; `reactions`: the reactions of the task; `turn`: the number of steps left in the task's time slice and the
     number of the current operation, valid while the program is suspended; `kept`: data that a direct call leaves for
     the task: the arguments of a call to make, or the frames of calls to continue."""
 
@@ -381,10 +381,10 @@ class Context(Struct, frozen=True):
 
     def break_off(self, result: int, left: int, frame: tuple[Any, ...]) -> int:
         """Record the frame of a direct call that the task must continue. Return minus the number of steps left in the
-        turn.
+        task's time slice.
 
         `result`: 0 if the direct function itself stops; negative if a call made by it has recorded a frame and returned
-        this. `left`: the number of steps left if `result` is 0.
+        this negative number. `left`: the number of steps left if `result` is 0.
         """
         if not result:
             self.kept.clear()

@@ -248,7 +248,7 @@ def unpack(array: Reference, first: float, count: float) -> str:
 
 
 def pack(array: Reference, first: float, count: float, text: str) -> None:
-    """Replace the `count` characters that `unpack` would return by a text (PACK). If the text is shorter, NUL
+    """Replace the `count` characters that `unpack` would return by a string (PACK). If the string is shorter, NUL
     characters fill the rest."""
     pieces, at, size = _stretch(array, first, count)
     old = "".join((str(piece.value()) if piece.has_value() else "").ljust(PIECE, "\0") for piece in pieces)
@@ -275,8 +275,8 @@ def _from_one(number: float, what: str) -> int:
 
 
 def element(first: Reference, offset: int) -> Reference:
-    """Return a reference to the array element whose index is `offset` above that of `first`. Raises TypeMismatch if
-    `first` is not an element with one index."""
+    """Return a reference to the array element whose index is `offset` above the index of `first`. Raises TypeMismatch
+    if `first` is not an element with one index."""
     if not isinstance(first.key, int):
         raise TypeMismatch(first.name, "an element of an array with one index is wanted: $a[1]")
     return first._replace(key=first.key + offset)

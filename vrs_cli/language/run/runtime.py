@@ -84,7 +84,7 @@ if TYPE_CHECKING:
 
 MAX_CALL_DEPTH = 10_000  # maximum depth of nested calls; above it, a program fails with StackOverflow
 MAX_CYCLES = 32767  # maximum number of cycles that EXECUTE accepts
-BUDGET = 10_000  # default number of steps in a turn, after which the task returns so that the driver can do other work
+BUDGET = 10_000  # default number of steps that a task performs before it lets the driver do other work
 _BUDGET, _LOOK_AROUND = Budget(), LookAround()
 
 Arguments = Sequence[Reference | Value | None]  # arguments of the main program; None for an omitted one
@@ -222,7 +222,7 @@ class Task:
 
     def own_size(self) -> int:
         """Return the size of the AUTO variables of all programs on the call stack: the number of array elements plus
-        that of string characters."""
+        the number of string characters."""
         return sum(one.size() for activation in self._activations for one in activation.automatic)
 
     def uses(self, program: str) -> bool:
@@ -235,7 +235,7 @@ class Task:
         return activation.program.name, activation.op
 
     def place_of(self, op: int) -> str:
-        """Return a text with the name of the innermost running program, and the step number (from 1) and text of its
+        """Return a message with the name of the innermost running program, and the step number (from 1) and text of its
         operation `op`."""
         program = self._activations[-1].program
         step = program.compilation.lowered.ops[op].step
@@ -398,7 +398,7 @@ class Task:
 
     def _advance(self) -> Event:
         """Run the innermost program, and the programs that it calls, until one yields an event or the number of steps
-        in the turn is used up. Return the event.
+        in the task's time slice is used up. Return the event.
 
         If a reaction must be called, run only up to the next step and call the reaction there. Raises UndefinedName if
         the program of the reaction is unknown.
@@ -450,9 +450,8 @@ class Task:
             self._budget -= budget - left
 
     def _locate(self, error: BaseException) -> int:
-        """Find the operation in which an error occurred from the traceback, and make it the current one. For each
-        direct call in the traceback, add an activation to the call stack. Return the number of steps left in the
-        turn."""
+        """Use the traceback to find the operation that raised an error, and make it current. For each direct call in
+        the traceback, add an activation to the call stack. Return how many steps are left in the task's time slice."""
         (activation, left), trace, located = (self._activations[-1], self._context.turn[0]), error.__traceback__, False
         while trace is not None:
             code, op = trace.tb_frame.f_code, trace.tb_lineno - FIRST_LINE
@@ -495,7 +494,7 @@ class Task:
 
     def fail(self, error: VrsError) -> Failed:
         """Set the task to failed, because its current step has failed or was ended from outside. Return the event that
-        reports this."""
+        reports the failure."""
         activation = self._activations[-1]
         program = activation.program.program
         span = program.steps[activation.step].span if program.steps else program.span

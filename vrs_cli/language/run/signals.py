@@ -115,7 +115,7 @@ class Signals:
         return sum(self.observe(number) << bit for bit, number in enumerate(self._group(first, count)))
 
     def with_names(self, text: str) -> str:
-        """Return a text, followed by the names of the signals whose numbers it contains: `SIG(1003) (1003 is
+        """Return a string, followed by the names of the signals whose numbers it contains: `SIG(1003) (1003 is
         part.there)`."""
         numbers = dict.fromkeys(int(digits) for digits in re.findall(r"\b[0-9]{1,4}\b", text)) if self.names else ()
         named = ", ".join(f"{number} is {self.names[number]}" for number in numbers if number in self.names)

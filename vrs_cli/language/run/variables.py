@@ -113,7 +113,8 @@ class Cells(dict[str | Index, Value]):
         return f"{spelling}[{'' if isinstance(key, str) else subscript(key)}]"
 
     def deny(self, key: str | Index) -> NoReturn:
-        """Raise TypeMismatch for a bare name that exists with the other kind. Compiled programs also call this."""
+        """Raise TypeMismatch, because a bare name has a value of the other kind (real or location). Compiled programs
+        also call this."""
         other = OTHER_KIND[self.kind]
         raise TypeMismatch(f"{self.name(key)} is a {other.value}", f"a {self.kind.value} is wanted here")
 
@@ -250,9 +251,9 @@ class Reference(NamedTuple):
     """A reference to a variable or a whole array, through which it can be read and assigned: an argument of CALL, HERE,
     PROMPT ...
 
-    `cells`: the cells that may contain the variable; for a bare name, those of reals. `locations`: for a bare name, the
-    cells of transformations; for a `#` or `$` name, NO_CELLS. `key`: the key or index in the cells, None for a whole
-    array.
+    `cells`: the cells (stored values) that may contain the variable; for a bare name, the cells of reals. `locations`:
+    for a bare name, the cells of transformations; for a `#` or `$` name, NO_CELLS. `key`: the key or index in the
+    cells, None for a whole array.
     """
 
     cells: Cells
@@ -358,8 +359,8 @@ class Variables:
         self._changed: set[Item] | None = None
 
     def cells(self, kind: Kind, array: str | None = None) -> Cells:
-        """Return the cells of all simple variables of a kind, or of one array (created empty if it is new). `array`:
-        the key of the array, or None."""
+        """Return the cells (stored values) of all simple variables of a kind, or of one array, which is created empty
+        if it is new. `array`: the key of the array, or None."""
         if array is None:
             return self._simple[kind]
         arrays = self._arrays[kind]
@@ -453,7 +454,7 @@ class Variables:
         self.reference(key, index).assign(value)
 
     def take(self, other: Variables) -> None:
-        """Copy all values from `other`. They replace values of the same names, also those of another kind."""
+        """Copy all values from `other`. The copies replace values of the same names, even values of another kind."""
         self.spelling |= other.spelling | self.spelling
         for kind, rival in OTHER_KIND.items():
             for names in other._named_by(kind):
@@ -478,7 +479,7 @@ class Variables:
         return found
 
     def _named_by(self, kind: Kind) -> tuple[Set[str | Index], Set[str]]:
-        """Return the keys of the simple variables of a kind, and those of the arrays that have elements."""
+        """Return the keys of the simple variables of a kind, and the keys of the arrays that have elements."""
         return self._simple[kind].keys(), {array for array, cells in self._arrays[kind].items() if cells}
 
     def name_of(self, item: Item) -> str:

@@ -94,7 +94,7 @@ class SourceLine(Struct, frozen=True):
 
 
 def lines_of(text: str) -> list[SourceLine]:
-    """Split a text into lines. Lines may end with LF, CR LF or CR."""
+    """Split a string into lines. Lines may end with LF, CR LF or CR."""
     texts = _LINE_END.split(text.rstrip(DISK_END).removeprefix("\ufeff"))
     if texts and not texts[-1]:
         texts.pop()
@@ -142,7 +142,7 @@ def _named_above(text: str, what: str, pattern: str) -> Iterator[tuple[str, Span
 
 
 def programs_headed(text: str) -> frozenset[str]:
-    """Return the keys of the programs in a text. Only the headings are read, so the programs may contain mistakes."""
+    """Return the keys of the programs in a file. Only the headings are read, so the programs may contain mistakes."""
     return frozenset(key_of(name) for name in re.findall(r"(?im)^[ \t]*\.PROGRAM[ \t]+([A-Z][\w.]*)", text))
 
 
@@ -157,7 +157,7 @@ def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ..
 
 class FileReader(DiagnosticCollector):
     """A reader of one file, line by line, which continues after each mistake. `remembered`: keep the parsed steps in
-    the parser's cache, for texts that are read again after small changes."""
+    the parser's cache, for files that are read again after small changes."""
 
     def __init__(self, parser: LineParser, dialect: Dialect = Dialect.VPLUS, *, remembered: bool = True) -> None:
         super().__init__()
@@ -205,7 +205,7 @@ class FileReader(DiagnosticCollector):
 
     def _refuse_outside(self, line: SourceLine, stray: bool) -> None:
         """Report a line outside of programs and sections, but only the first of several consecutive ones. `stray`: the
-        previous line was also such a line."""
+        previous line was also outside."""
         if line.directive == END:
             self.fault(ControlStructure, line.span, ".END without .PROGRAM or a section before it")
         elif line.directive or not stray:
@@ -483,8 +483,8 @@ _OURS = r"(?im)^[ \t]*(?:\d+[ \t]+)?(?:MOVES?T?|APPROS?|DEPARTS?)[ \t]+(?!TO\b)[
 
 
 def foreign_file(text: str) -> Diagnostic | None:
-    """Return an error if a text is in another robot maker's language, at its first typical line; None if the text may
-    be VAL-II."""
+    """Return an error at the first line typical of another robot manufacturer's language, if a file is in that
+    language; None if the file may be VAL-II."""
     makers = _MAKERS
     # of the other languages, only Kawasaki's has .PROGRAM; the quick search for its words avoids slow patterns
     if has_program(text):
@@ -505,14 +505,14 @@ def foreign_file(text: str) -> Diagnostic | None:
 
 
 def has_program(text: str) -> bool:
-    """Return whether a text contains a program that begins with .PROGRAM."""
+    """Return whether a file contains a program that begins with .PROGRAM."""
     return re.search(r"(?im)^[ \t]*\.PROGRAM\b", text) is not None
 
 
 def _prevails(text: str, likely: int, sure: int) -> bool:
     """Return whether enough lines of a text are in another language: at least as many as there are VAL-II motions, and
-    unless some are `sure`, at least MIN_LIKELY_PART of all steps. `likely`, `sure`: the numbers of such lines (see
-    Maker)."""
+    unless some are `sure`, at least MIN_LIKELY_PART of all steps. `likely`, `sure`: how many lines are probably, or
+    certainly, in the other language (see Maker)."""
     if len(re.findall(_OURS, text)) > likely + sure:
         return False
     steps = text.count("\n") + 1 - len(re.findall(_NO_STEP, text))
@@ -524,10 +524,11 @@ def parse_file(
 ) -> tuple[ast.File, tuple[Diagnostic, ...]]:
     """Return the programs and sections of a file, and all mistakes in it.
 
-    A bad line of a program is kept as a BadLine. Lines may end with LF, CR LF or CR. `dialect`: the dialect if the file
-    names none. `name`: the name of the file, from which a program without a heading gets its name. `whole`: the text is
-    a whole file; if it is in another maker's language, return an error for this, and parse the text only if it has a
-    .PROGRAM. `remembered`: keep the parsed steps in the parser's cache, for a text that is parsed again after changes.
+    A bad line of a program is kept as a BadLine. Lines may end with LF, CR LF or CR. `dialect`: the dialect to use if
+    the file does not name one. `name`: the name of the file, from which a program without a heading gets its name.
+    `whole`: the text is a complete file; if it is in another manufacturer's language, report that as an error, and
+    parse the text only if it contains a .PROGRAM line. `remembered`: keep the parsed steps in the parser's cache, for a
+    file that is parsed again after changes.
     """
     foreign = foreign_file(text) if whole else None
     if foreign is not None and not has_program(text):
@@ -634,7 +635,8 @@ Known = Mapping[tuple[str, ...], Part]
 
 def parts_of(text: str, known: Known, dialect: Dialect = Dialect.VPLUS, name: str = "") -> tuple[Placed, ...]:
     """Cut a file into its parts. `known`: earlier parts by their lines; a part with the same lines is reused.
-    `dialect`: the dialect if the file names none. `name`: the name of the file, for a program without a heading."""
+    `dialect`: the dialect to use if the file does not name one. `name`: the name of the file, for a program without a
+    heading."""
     placed, above = list[Placed](), 0
     own, _ = dialect_in(text, dialect)
     bare = "" if has_program(text) else name

@@ -1,7 +1,7 @@
 """Print syntax trees as canonical VAL-II text: keywords in upper case, names in lower case, an indent of four blanks
 for each block.
 
-Printing a tree and parsing the result gives the same tree. Formatting a text that is already formatted does not change
+Printing a tree and parsing the result gives the same tree. Formatting a file that is already formatted does not change
 it.
 """
 
@@ -77,7 +77,7 @@ _UNQUOTABLE = r'(["\x00-\x08\x0a-\x1f])'
 
 
 def _quote(text: str) -> str:
-    """Return a text as a string constant. Characters that cannot be in quotes are written with $CHR:
+    """Return a string as a constant of the language. Characters that cannot be in quotes are written with $CHR:
     `"a"+$CHR(34)+"b"`."""
     shown = (
         f"$CHR({ord(piece)})" if at % 2 else f'"{piece}"'

@@ -266,5 +266,6 @@ def value_given(name: str) -> str:
 
 
 def text_meant(name: str) -> str:
-    """Return the hint for TYPE with a variable that has no value: the user may have forgotten quotes around a text."""
+    """Return the hint for TYPE with a variable that has no value: the user may have forgotten quotes around a
+    string."""
     return f'{value_given(name)}; a text stands in double quotes: "{name}"'

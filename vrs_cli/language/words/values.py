@@ -125,8 +125,8 @@ _BASES = {"b": 2, "h": 16, "": 8}
 
 
 def leading_number(text: str) -> tuple[float, int] | None:
-    """Return the number at the start of a text, and how many characters it has; None if there is none. It may be
-    decimal, octal (^17), binary (^B101) or hexadecimal (^HFF)."""
+    """Return the number at the start of a string, and the number of characters it occupies; None if there is none. The
+    number may be decimal, octal (^17), binary (^B101) or hexadecimal (^HFF)."""
     if based := re.match(r"(?i)\^(?P<base>[bh]?)(?P<digits>[0-9a-f]+)", text):
         digits = based["digits"]
         try:
@@ -140,7 +140,7 @@ def leading_number(text: str) -> tuple[float, int] | None:
 
 
 def read_number(text: str) -> float | None:
-    """Return the number that a text consists of, apart from blanks around it; None for any other text."""
+    """Return the number that a string consists of, apart from blanks around it; None for any other string."""
     stripped = text.strip()
     found = leading_number(stripped)
     return found[0] if found is not None and found[1] == len(stripped) else None
@@ -188,8 +188,8 @@ def from_axes(numbers: Iterable[float]) -> Transform:
 
 
 def rounding(numbers: Iterable[float]) -> float:
-    """Return the largest difference between the axis components in 12 numbers (see `from_axes`) and those of the
-    nearest orthonormal frame."""
+    """Return the largest difference between the axis components in 12 numbers (see `from_axes`) and the axis components
+    of the nearest orthonormal frame."""
     given = from_axes(numbers)
     return max(abs(x - y) for x, y in zip(given, orthonormal_frame(given), strict=True))
 

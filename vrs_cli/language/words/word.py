@@ -158,8 +158,8 @@ _PIECE = re.compile(
 
 
 class PrintedForm(Struct, frozen=True):
-    """The contents of a printed form. `arguments`: the operands; `value`: the operand after `=`, or None; `modifiers`:
-    the names of the modifiers."""
+    """The parts of a statement that its printed form shows. `arguments`: the operands; `value`: the operand after `=`,
+    or None; `modifiers`: the names of the modifiers."""
 
     arguments: tuple[Argument, ...]
     value: Argument | None
@@ -306,8 +306,8 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
 
 
 class Control(Word, frozen=True, eq=False, dict=True):
-    """The row of a word of blocks and jumps, such as FOR. Only the first operand is read from the form; the grammar
-    defines the words and values after it."""
+    """The table row of a word for a block or a jump, such as FOR. Only the first operand is read from the form; the
+    grammar defines the words and values after that operand."""
 
     @cached_property
     def _read(self) -> PrintedForm:

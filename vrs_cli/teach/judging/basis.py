@@ -39,11 +39,11 @@ class Evidence(Struct, frozen=True):
     """The recorded facts about a run that has ended or still goes on.
 
     `started`: when the run began [s]. `clock`: the robot's time now [s]. `typed`: lines printed with TYPE, each with
-    the time at which it was complete. `course`: the states of parts, sensors and rules over time; None if the cell has
-    none of these. `contacts`: reported contacts, each with the text of its motion. `fault`: the error of the program.
-    `outcome`: None while the program runs. `steps`: number of executed steps. `programs`: the parsed programs that can
-    run, without those that the exercise gives. `dialect`: the dialect of these programs. `undone`: the undone commands,
-    which REDO would repeat.
+    the time at which it was complete. `course`: the history of the states of parts, sensors and rules; None if the cell
+    has none of these. `contacts`: reported contacts, each with the text of its motion. `fault`: the error of the
+    program. `outcome`: None while the program runs. `steps`: number of executed steps. `programs`: the parsed programs
+    that can run, without those that the exercise gives. `dialect`: the dialect of these programs. `undone`: the undone
+    commands, which REDO would repeat.
     """
 
     arm: RobotArm
@@ -176,7 +176,7 @@ def share_within(value: float, most: float, step: float, nearly: float = NEAR) -
 
 
 def compound_pose(items: Iterable[Item], values: Mapping[Item, Value]) -> Transform | None:
-    """Return the pose of a compound such as `table:corner`; None if one of its items is no location."""
+    """Return the pose of a compound such as `table:corner`; None if one of its parts is not a location."""
     found = [values.get(item) for item in items]
     poses = [value for value in found if isinstance(value, Transform)]
     return reduce(compose, poses) if len(poses) == len(found) else None

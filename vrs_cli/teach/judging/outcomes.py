@@ -265,7 +265,7 @@ def _missing_lines(wanted: checks.TypedText, found: int, total: int, other: Type
 
 
 def quote(text: str) -> str:
-    """Return a text in quotes, truncated if it is long."""
+    """Return a string in quotes, truncated if it is long."""
     cut = text.strip() if len(text.strip()) <= MAX_SHOWN_CHARS else f"{text.strip()[: MAX_SHOWN_CHARS - 3]}..."
     return f'"{cut}"'
 

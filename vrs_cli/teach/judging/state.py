@@ -108,8 +108,8 @@ class CommandedMotion(Struct, frozen=True):
 
 
 def commanded_motions(evidence: basis.Evidence) -> list[CommandedMotion]:
-    """Return the motions that were commanded in the step, in the order of their commands. If a later motion cuts a
-    motion short, the motion ends at the cut."""
+    """Return the motions that were commanded in the step, in the order of their commands. If a later motion interrupts
+    a motion, the interrupted motion ends at that time."""
     found = dict[int, CommandedMotion]()
     for segment in evidence.timeline:
         motion = segment.motion

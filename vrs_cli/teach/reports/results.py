@@ -47,8 +47,8 @@ class Likeness(Struct, frozen=True):
 
 
 def similar(texts: Mapping[str, str], given: Iterable[str], least: float | None) -> tuple[Likeness, ...]:
-    """Return the pairs of students whose texts have a similarity of at least `least`, the most similar first. If
-    `least` is None, return no pairs. `given`: texts that the exercise gives."""
+    """Return the pairs of students whose submissions have a similarity of at least `least`, the most similar first. If
+    `least` is None, return no pairs. `given`: program files that the exercise provides."""
     if least is None:
         return ()
     known = {run for text in given for run in _runs(_words(text))}
@@ -66,7 +66,7 @@ def similar(texts: Mapping[str, str], given: Iterable[str], least: float | None)
 
 
 def _words(text: str) -> list[tuple[bool, str]]:
-    """Return (is_name, word) pairs for the words in the first MAX_CHARS of a text."""
+    """Return (is_name, word) pairs for the words in the first MAX_CHARS characters of a submission."""
     lines = text[:MAX_CHARS].splitlines()
     variables = variables_in(lines)
     return [
@@ -213,7 +213,7 @@ _SLUG = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
 def plain(text: str) -> str:
-    """Return a text as one line: line ends become blanks, and invisible characters become `^[` or `<U+202E>`."""
+    """Return a string as one line: line ends become blanks, and invisible characters become `^[` or `<U+202E>`."""
     # keep the joiners U+200C and U+200D, which some scripts need
     return "".join(one if one.isprintable() or one in "\u200c\u200d" else _visible_sign(one) for one in text)
 
@@ -226,7 +226,8 @@ def _visible_sign(character: str) -> str:
 
 
 def cell(text: str) -> str:
-    """Return a text as a cell of a CSV table; a text that a spreadsheet would take for a formula gets an apostrophe."""
+    """Return a string as a cell of a CSV table; a string that a spreadsheet would take for a formula gets an
+    apostrophe."""
     return f"'{plain(text)}" if text.lstrip().startswith(FORMULA) or text.startswith(FORMULA) else plain(text)
 
 
