@@ -73,7 +73,7 @@ class Postponement(Struct, frozen=True):
 
 class ToolTurning(Struct, frozen=True):
     """The `angle` [rad] by which the orientation of the tool differs from the requested one, after a motion of an arm
-    that cannot reach every orientation. `text`: the command.
+    that cannot reach every orientation. `text`: the command as a string.
     """
 
     text: str

@@ -268,8 +268,8 @@ class Follower:
         return self._out_of_reach(path, s, near)
 
     def refuse(self, path: CartesianPath, s: float, what: str, joint: int = 0) -> StraightLineSingular:
-        """Return the error for a path that the joints cannot follow near time s. `what`: the reason as text for the
-        user.
+        """Return the error for a path that the joints cannot follow near time s. `what`: the reason, as the user reads
+        it.
         """
         near, hint = self.place(path, s)
         return StraightLineSingular(
@@ -296,14 +296,14 @@ class Follower:
             raise self.refuse_jump(path, b.s, jumps)
 
     def place(self, path: CartesianPath, s: float) -> tuple[str, str]:
-        """Return the tool position at time s as text, with the singularity if one is near, and a hint on how to avoid
-        the singularity ("": no hint).
+        """Return the tool position at time s as a string, with the singularity if one is near, and a hint on how to
+        avoid the singularity ("": no hint).
         """
         which, text = self.singularity(path, s), self.place_text(path.pose(s))
         return (f"{text} ({which} singularity)", WAYS_ROUND[which]) if which else (text, "")
 
     def place_text(self, pose: Transform) -> str:
-        """Return the position of the pose T_robot_tool in the world, as text for the user."""
+        """Return the position of the pose T_robot_tool in the world, as a string for the user."""
         x, y, z = (round(1e3 * part, 1) + 0.0 for part in position(compose(self.T_world_robot, pose)))  # avoids -0.0
         return f"X {x:.1f} Y {y:.1f} Z {z:.1f} mm"
 

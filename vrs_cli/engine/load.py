@@ -293,7 +293,7 @@ class StretchLoad:
                 pending += (middle, b, left - 1), (a, middle, left - 1)
 
     def _bent(self, a: Sample, b: Sample, first: Joints, last: Joints) -> bool:
-        """Return whether an acceleration near its limit may be greater between two samples than at both."""
+        """Return whether an acceleration near its limit may be greater between two samples than at either of them."""
         found = _between(first, last, a.velocity, b.velocity, b.s - a.s)
         rows = zip(found, self.limits.max_acceleration, strict=True)
         return any(bent and most > NEAR_LIMIT * limit for (most, bent), limit in rows)
@@ -408,10 +408,10 @@ def _top_of(a: tuple[float, float], b: tuple[float, float], c: tuple[float, floa
 
 
 def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float) -> list[tuple[float, bool]]:
-    """For each joint, return a bound of a rate between two samples, and whether the rate may exceed its values at both.
-    `a`, `b`: the rates at the samples; `before`, `after`: the integrals of the rate at the samples. The parabola with
-    these end values and the right mean is used: its distance from its chord is greatest in the middle, where it is 1.5
-    times the distance of the mean from the chord.
+    """For each joint, return a bound of a rate between two samples, and whether the rate may exceed its values at both
+    samples. `a`, `b`: the rates at the samples; `before`, `after`: the integrals of the rate at the samples. The
+    parabola with these end values and the right mean is used: its distance from its chord is greatest in the middle,
+    where it is 1.5 times the distance of the mean from the chord.
     """
     found = []
     for x, y, v, w in zip(a, b, before, after, strict=True):

@@ -206,8 +206,8 @@ def _tip(arm: RobotArm, segment: Segment, s: float) -> Transform:
 
 
 def _deadline(resting: Problem) -> float:
-    """Return the time [s] by which a motion that rounds a corner must end to be better than the motion that stops
-    there.
+    """Return the time [s] by which a motion that rounds a corner must end to be better than the motion that stops in
+    the corner.
     """
     planned = resting.motion.kind in (MotionKind.JOINT, MotionKind.STRAIGHT)
     known = _remembered_plan(_PlanKey(resting)) if planned else ()

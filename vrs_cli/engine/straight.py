@@ -53,7 +53,7 @@ SAME_TURN = 1e-6  # [rad] a turn smaller than this counts as none
 NO_LENGTH = 1e-9  # [m] on a line shorter than this, the tool only turns
 Seeds = tuple[Joints, ...]
 Marks = tuple[float, ...]
-# [m, rad] maximum step of a walk (poses along a line, to choose the redundant joints)
+# [m, rad] maximum step of a walk: a joint path along a line, with one possible motion of the redundant joints
 WALK_STEP, WALK_TURN = 0.03, 0.15
 MIN_WALK_STEPS = 6  # minimum number of steps of a walk
 WALK_FACTORS = (1, 5)  # factors on the number of steps of walks; 5 is tried if no walk with factor 1 leads to a line

@@ -273,8 +273,8 @@ def check_joint_limits(model: RobotModel, joints: Joints) -> None:
 
 
 class Speed(Struct, frozen=True):
-    """The speed of a motion: the `fraction` of nominal speed, the `rotation` speed of a line as such a fraction, and
-    the speed of the `tip` [m/s]; None if not given.
+    """The speed of a motion: the `fraction` of nominal speed, the `rotation` speed of a line as a fraction of its
+    nominal speed, and the speed of the `tip` [m/s]. `rotation` and `tip` are None if they are not given.
     """
 
     fraction: float
