@@ -109,7 +109,7 @@ class VrsError(Exception):
 
     @property
     def title(self) -> str:
-        """Return the text between the asterisks of the message."""
+        """Return the part of the message between the asterisks."""
         return self.text
 
     @property
@@ -157,7 +157,7 @@ class ProgramError(VrsError):
 
 
 class UndefinedValue(ProgramError, code=-401, text="Undefined value"):
-    """A variable without a value is read."""
+    """A variable is read before it has a value."""
 
 
 class IllegalValue(ProgramError, code=-402, text="Illegal value"):

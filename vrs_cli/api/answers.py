@@ -80,7 +80,7 @@ class Explanation(Replies):
 
 
 class Picture(Replies):
-    """A plot: `times` [s], and `curves`, the values of each curve by its label. A notebook draws it."""
+    """A plot: `times` [s], and `curves`, the values of each curve by its label. A notebook draws the plot."""
 
     __slots__ = ()
 

@@ -1,8 +1,8 @@
 """Connect robots in Python: `connect` to a server, `%%vrs` in a notebook, `LeRobotArm` for policies of LeRobot.
 
-After `%load_ext vrs_cli` the text of a notebook cell that begins with `%%vrs` goes to the prompt of the Robot `robot`,
-which is created if it does not exist. `%%vrs r` is for the Robot `r`, `%vrs LINE` for one line. The replies appear
-below the cell.
+After `%load_ext vrs_cli` a notebook cell that begins with `%%vrs` goes to the prompt of the Robot `robot`, which is
+created if it does not exist. `%%vrs r` is for the Robot `r`, `%vrs LINE` for one line. The replies appear below the
+cell.
 
 LeRobot itself is not imported. Names and units are LeRobot's (https://huggingface.co/docs/lerobot). The value of a
 motor ranges from -100 to 100 over its range, or is in degrees from the middle of the range (`use_degrees` of an

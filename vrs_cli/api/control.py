@@ -303,7 +303,7 @@ class ChunkSteering:
         due = t + self._shift
         if self._times and due <= self._times[-1]:
             due = self._times[-1] + STEERING.shortest
-        if self._times and due - self._times[-1] > STEERING.longest:  # the gap would end the stream: begin a new chunk
+        if self._times and due - self._times[-1] > STEERING.longest:  # the stream would end first: begin a new chunk
             self.send()
             self._times, self._joints = [], []
         self._times.append(due)

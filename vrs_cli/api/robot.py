@@ -171,7 +171,7 @@ class Robot:
         return self
 
     def _target(self, to: tuple[ArrayLike | Location, ...]) -> tuple[PoseTarget | JointTarget, str]:
-        """Return the target of a motion, and the text of the target in VAL-II."""
+        """Return the target of a motion, and the VAL-II expression for this target."""
         given = self._location(to[0] if len(to) == 1 else to)
         if isinstance(given, Location):
             T = given.transform
@@ -543,10 +543,10 @@ class Robot:
         return Replies(self._robot.type(text, answer))
 
     def define(self, text: str) -> tuple[str, ...]:
-        """Store the programs and variables of the text of a file (.PROGRAM to .END) in memory. Return the names of the
-        programs.
+        """Store in memory the programs and variables of a string with the contents of a program file (.PROGRAM to
+        .END). Return the names of the programs.
 
-        Raises ProgramNotExecutable for a text with mistakes.
+        Raises ProgramNotExecutable if the string contains mistakes.
         """
         names = self._robot.define(text)
         self._folders.put(names, None)
@@ -629,14 +629,15 @@ class Robot:
         return self._robot.on(port.under(conditions))
 
     def __getitem__(self, expression: str) -> float | str | Location | Floats:
-        """Return the value of a variable or an expression of VAL-II: a number, a text, a Location, or joints (n,)."""
+        """Return the value of a VAL-II variable or expression: a number, a string, a Location, or joints (n,)."""
         value = self._robot.act(acts.Evaluate(expression)).value
         if isinstance(value, Transform):
             return Location.of(value, self.units)
         return np.array(value) * self._scales if isinstance(value, tuple) else value
 
     def __setitem__(self, variable: str, value: float | str | Location | ArrayLike) -> None:
-        """Set a variable of VAL-II. `#name` takes joints, `$name` a text, another name a number or a Location."""
+        """Set a VAL-II variable. `#name` takes joints, `$name` takes a string, and any other name takes a number or a
+        Location."""
         self._robot.act(acts.Assign(variable, acts.Valued.of(self._value(variable, value))))
 
     # --- UNDO and branches ---

@@ -111,8 +111,8 @@ FORMATS: Mapping[str, Callable[[Sequence[Finding]], None]] = {"text": _text, "js
 
 def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Finding:
     """Correct the mistakes in a file whose correction is certain. Return the corrected text and the remaining
-    diagnostics. `find`: returns the diagnostics of a text; it is called after each round, because a correction may
-    uncover another mistake."""
+    diagnostics. `find`: returns the diagnostics of a program text; it is called after each round of corrections,
+    because a correction may uncover another mistake."""
     from vrs_cli.values.diagnostics import in_order
 
     now = finding
@@ -227,8 +227,8 @@ def _findings(
 def _find(
     source: sources.Source, inspector: Inspector, beside: Beside, options: Namespace, text: str
 ) -> tuple[Diagnostic, ...]:
-    """Return the errors in a text, and the warnings that the options select. A call of a program in another file of the
-    same folder is no error."""
+    """Return the errors in a program text, and the warnings that the options select. A call of a program in another
+    file of the same folder is no error."""
     parts = inspector.read(text, source.name)
     everything = inspector.inspect(parts, beside)
     if source.is_file and any(one.code == UndefinedName.code for one in everything):

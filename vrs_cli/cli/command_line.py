@@ -228,7 +228,7 @@ def teller(prog: str) -> Callable[[str], None]:
 
 
 def clock_of(rate: float | None) -> WallClock | None:
-    """Return a clock that runs `rate` times as fast as real time; None (virtual time) if there is no rate."""
+    """Return a clock that runs `rate` times as fast as real time; None (virtual time) if `rate` is None."""
     if rate is None:
         return None
     import time

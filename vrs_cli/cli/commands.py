@@ -20,9 +20,9 @@ class OptionRow(Struct, frozen=True):
 
     `form` is the text that the help shows: "-o --output OUT". An option without a value is true or false; brackets mean
     that a value is optional, and dots that several may be given. A positional argument begins with the name of its
-    attribute in the parsed options: "files FILE.v2 ...". `kind`: converts the text of a value. `const`: the value of an
-    option whose value is left out. `repeats`: the option may be given several times. `dest`: the name of its attribute,
-    if that differs from its own. `rare`: only `--help-all` shows it.
+    attribute in the parsed options: "files FILE.v2 ...". `kind`: converts the string given as the value. `const`: the
+    value of an option whose value is left out. `repeats`: the option may be given several times. `dest`: the name of
+    its attribute, if that differs from its own. `rare`: only `--help-all` shows it.
     """
 
     form: str

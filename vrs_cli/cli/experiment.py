@@ -55,7 +55,7 @@ CHARTED = {
     "deltas": "d",
     "ahead": "a",
     "preview": "w",
-}  # curves of a plot, and their characters in a text; `frames` is left out, because its error is much larger
+}  # curves of a plot, and their characters on a terminal; `frames` is left out: its error is much larger
 
 
 def experiment(options: Namespace) -> int:

@@ -61,7 +61,7 @@ def _places(name: str) -> Iterable[Path]:
     inside = [one for one in sorted(path.iterdir()) if not one.name.startswith(".")]
     programs, folders = [one for one in inside if sources.is_program(one.name)], [one for one in inside if one.is_dir()]
     if (len(programs) == 1 and not any(_programs_below(one) for one in folders)) or not (programs or folders):
-        return (path,)  # a folder of one student, perhaps without a program
+        return (path,)  # a folder of one student, which may contain no program
     return [*programs, *folders]
 
 
@@ -300,7 +300,8 @@ def _blocks(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[res
 
 
 def _reason(grading: Grading) -> str:
-    """Return, in one line, why a submission was not graded, or which failed check lost most points, and why."""
+    """Return, in one line, why a submission was not graded, or which failed check cost the most points, and why it
+    failed."""
     if grading.lost:
         return f"not graded: {grading.lost}"
     if grading.stopped:

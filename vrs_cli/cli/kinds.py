@@ -29,13 +29,13 @@ MAX_RATE = 100_000.0  # [Hz] maximum sampling rate
 
 
 def _require(holds: object, otherwise: str) -> None:
-    """Raise ArgumentTypeError with the text `otherwise` if a condition does not hold."""
+    """Raise ArgumentTypeError with the message `otherwise` if a condition does not hold."""
     if not holds:
         raise ArgumentTypeError(otherwise)
 
 
 def float_of(text: str) -> float:
-    """Return the number in a text, or nan if the text is not a number."""
+    """Convert a string to a number; return nan if the string is not a number."""
     try:
         return float(text)
     except ValueError:
@@ -141,7 +141,8 @@ def expiry(text: str) -> date:
 
 
 def named_robot(text: str) -> tuple[str, str]:
-    """Read the name of a served robot and its model: `cell1=puma560`. Without a name, the model is also the name."""
+    """Read the name of a served robot and its model: `cell1=puma560`. If no name is given, the model is also the
+    name."""
     from vrs_cli.net.tokens import NAME_RULE, good_name
 
     name, equals, robot = text.partition("=")
@@ -231,7 +232,7 @@ def ahead(text: str) -> float | Ahead:
 
 
 def delays(text: str) -> tuple[str, Delays]:
-    """Read a description of delays, such as `gamma 200ms 80ms`. Return the text and the delays."""
+    """Read a description of delays, such as `gamma 200ms 80ms`. Return the description and the delays."""
     from vrs_cli.net.delay_line import parse_delays
 
     return text, _read(parse_delays, text)

@@ -91,7 +91,7 @@ class _Course:
         return status
 
     def _progress(self) -> LearnerRecord:
-        """Read the learner's progress. If the file cannot be read as such a record, report it and leave it
+        """Read the learner's progress. If the file is not a valid record of progress, report this and leave it
         unchanged."""
         try:
             return LearnerRecord(self._file)

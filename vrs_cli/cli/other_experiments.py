@@ -411,7 +411,7 @@ USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s] default mean and standard deviation
 
 
 def lines_of(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
-    """Yield each setting of the delays: its text, the delays to the robot, and the delays back. Raises
+    """Yield each setting of the delays: its description, the delays to the robot, and the delays from the robot. Raises
     CommandLineError."""
     lost = f", loss {options.loss:.1%}" if options.loss else ""
     if options.forward or options.backward:

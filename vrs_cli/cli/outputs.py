@@ -130,7 +130,7 @@ def make_folder(folder: str, named: str, hint: str, error: type[VrsError] = File
 
 
 def write_text(path: str, text: str) -> None:
-    """Write a text to a file, or to standard output for `-`. Raises FileError."""
+    """Write a string to a file, or to standard output if the path is `-`. Raises FileError."""
     from vrs_cli.files.atomic import write_atomically
 
     if path == STANDARD_STREAM:
@@ -208,7 +208,7 @@ def _write_report(
 
 
 def _picture(arm: RobotArm, timeline: Timeline, t: float, world: World | None) -> str:
-    """Return a picture of the arm as HTML, or a sentence that says why this machine cannot make it."""
+    """Return a picture of the arm as HTML, or a sentence that says why this machine cannot make a picture."""
     from base64 import b64encode
     from html import escape
 

@@ -48,8 +48,9 @@ def ask_once(options: Namespace, make: Callable[[int], messages.Request]) -> mes
 
 
 def token_of(file: str | None) -> str:
-    """Return the token in a file, which contains the token alone or as `vrs class token` prints it. Without a file
-    return the token in the environment variable VRS_TOKEN. Raises CommandLineError if the file cannot be read."""
+    """Return the token in a file, which contains the token alone or as `vrs class token` prints it. If no file is
+    given, return the token in the environment variable VRS_TOKEN. Raises CommandLineError if the file cannot be
+    read."""
     if file is None:
         return os.environ.get(TOKEN, "")
     try:
@@ -89,8 +90,8 @@ def connect(options: Namespace) -> int:
 
 
 def once(told: Callable[[str], None]) -> Callable[[str], None]:
-    """Return a function that reports texts through `told`, but skips a text equal to the previous one: repeated
-    attempts to connect fail with the same text."""
+    """Return a function that reports messages through `told`, but skips a message equal to the previous one: repeated
+    attempts to connect fail with the same message."""
     last = ""
 
     def tell(text: str) -> None:

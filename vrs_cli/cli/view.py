@@ -284,7 +284,7 @@ Try these lines:
 def demo(options: Namespace) -> int:
     """Show the sample program, and run the shell until the user leaves; return the exit status.
 
-    Without a terminal run the program as `vrs run` does. Raises VrsError.
+    If there is no terminal, run the program as `vrs run` does. Raises VrsError.
     """
     if not on_terminal():
         return run.run(Parser("run", options.prog).parse([SAMPLE]))

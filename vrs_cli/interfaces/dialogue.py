@@ -192,7 +192,7 @@ class Notes:
         return typed
 
 
-Answers = Callable[[Question], str | None]  # returns the typed answer to a question; None for no answer
+Answers = Callable[[Question], str | None]  # returns the typed answer to a question; None if there is no answer
 
 
 def no_answer(_question: Question) -> None:
@@ -202,7 +202,7 @@ def no_answer(_question: Question) -> None:
 T = TypeVar("T")
 
 Reaction = Answer | BaseException
-"""What comes back from the user for a reply or question: the answer, or the error that occurred in showing it."""
+"""What the user's side sends back for a reply or question: the answer, or the error that occurred while showing it."""
 
 Outlet = Callable[["Ticket[Any]", "Reply | Question | None"], None]
 """A function that the robot's thread calls with each reply and question of a request, and with None at its end."""
@@ -289,7 +289,7 @@ class Ticket(Generic[T]):
 
     def end(self, result: T | None, error: BaseException | None = None) -> None:
         """End the request with a result or an error. The traceback of a VrsError is removed, because its frames refer
-        to this ticket. Such a reference cycle would keep values (tokens, programs) in memory in a server, where the
+        to this ticket. This reference cycle would keep values (tokens, programs) in memory in a server, where the
         garbage collector does not visit old objects."""
         self._result, self._error = result, error.with_traceback(None) if isinstance(error, VrsError) else error
         self._ended = True
@@ -302,7 +302,8 @@ class Waiting:
     were sent."""
 
     def __init__(self) -> None:
-        self._by_user: dict[object, deque[Ticket[Any]]] = {}  # the first user in this dictionary has the next turn
+        # the users in the order of their turns
+        self._by_user: dict[object, deque[Ticket[Any]]] = {}
         self.count = 0
 
     def append(self, ticket: Ticket[Any]) -> None:
@@ -310,11 +311,11 @@ class Waiting:
         self.count += 1
 
     def next(self, busy: Collection[object] = ()) -> Ticket[Any] | None:
-        """Return the first request of the user whose turn is next, skipping `busy` users; None if there is none."""
+        """Return the request to begin next, which is not from a `busy` user; None if there is none."""
         return next((own[0] for by, own in self._by_user.items() if by not in busy), None)
 
     def remove(self, ticket: Ticket[Any]) -> None:
-        """Remove a request, and give its user the last turn."""
+        """Remove a request. The next turn of its user comes after the turns of all other users."""
         own = self._by_user.pop(ticket.by)
         own.remove(ticket)
         self.count -= 1

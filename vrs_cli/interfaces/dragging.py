@@ -114,9 +114,9 @@ class Search:
 
 
 class Pursuit:
-    """The computation of the joints for a dragged tool; it uses no clock. `goal`: the last joints found [rad, m];
-    `steady`: whether they bring the tool to the target. `kept`: the configuration of the arm, which does not change
-    (except the wrist); `range`: the joint ranges within which the arm has this configuration."""
+    """Computes the joints for a dragged tool, without using a clock. `goal`: the last joints found [rad, m]; `steady`:
+    whether they bring the tool to the target. `kept`: the configuration of the arm, which does not change (except the
+    wrist); `range`: the joint ranges within which the arm has this configuration."""
 
     def __init__(self, arm: RobotArm, q: Joints) -> None:
         self.arm = arm

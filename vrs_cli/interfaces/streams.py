@@ -103,7 +103,7 @@ class Steering:
         self.engine, self.speed = engine, speed
         self.following = Following()
         self._last: tuple[float, Joints] | None = None
-        # when the last target arrived, and the expected longest wait for the next one if targets come late [s]
+        # when the last target arrived, and the longest expected wait for the next target if targets come late [s]
         self._came, self._wait = 0.0, 0.0
 
     def to(self, target: Joints | Transform, t: float | None = None) -> None:

@@ -42,8 +42,8 @@ class ConnectionWords:
         front_end.hear_connection, front_end.opening = self.hear, self._begin
 
     def _begin(self) -> None:
-        """On a terminal, send a first request: with its answer the state arrives that the prompt shows. Then show the
-        slash commands and the name of the user who drives."""
+        """On a terminal, send a first request: its answer brings the state that the prompt shows. Then show the slash
+        commands and the name of the user who drives."""
         if self._attended:
             self.front_end.answer()
             if not self._port.one_user:
@@ -71,7 +71,7 @@ class ConnectionWords:
 
     def hear(self, message: ServerMessage) -> None:
         """Show a message about the connection: it was restored, the lease changed, or a lesson or a teacher sent a
-        text."""
+        message."""
         match message:
             case Welcome(resumed=resumed):
                 if not resumed:

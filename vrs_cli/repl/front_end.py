@@ -43,7 +43,7 @@ class FrontEnd(loop.Exchange):
         return signature(text, self.port.program, at_prompt=not (self._status.in_program or steps))
 
     def suggestions(self, text: str, everything: bool) -> list[questions.Suggestion]:
-        """Return words that may complete or follow a typed text. `everything`: return them even if no word has been
+        """Return words that may complete or follow the typed text. `everything`: return them even if no word has been
         started. Raises the internal errors of a robot in this process."""
         end = self.end_of(lambda id: Complete(id, text, everything))
         if isinstance(end, Refused):
@@ -120,13 +120,13 @@ class Place(Protocol):
 
     @property
     def banner(self) -> str:
-        """The text before the first prompt on a terminal; "" for none."""
+        """The text shown on a terminal before the first prompt; may be ""."""
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         """Return the shell's front end, which connects the terminal with the robot. Raises VrsError."""
 
 
-Found = Callable[[tuple[diagnostics.Diagnostic, ...]], None]  # a function that receives the mistakes found in a text
+Found = Callable[[tuple[diagnostics.Diagnostic, ...]], None]  # a function that receives the mistakes in the program
 
 
 class DraftPage:
@@ -140,8 +140,8 @@ class DraftPage:
         self._looking = False
 
     def look(self, text: str, found: Found) -> None:
-        """Let the robot check a text, and call `found` with the mistakes when they are known. Wait if another check is
-        running."""
+        """Let the robot check the edited program, and call `found` with the mistakes when they are known. Wait if
+        another check is running."""
         self._latest = text, found
         if not self._looking:
             self._send()

@@ -155,7 +155,7 @@ class Shell:
             vi_mode=config.keys == "vi",
             enable_suspend=True,
         )
-        # set here, because with this option of PromptSession no completions would appear while typing
+        # set here: if PromptSession received this option, no completions would appear while the user types
         self.prompts.default_buffer.enable_history_search = to_filter(True)
         self.prompts.app.before_render += self._before_render
         self.prompts.app.after_render += lambda _app: self.terminal_maker.begin()
@@ -342,8 +342,8 @@ class Shell:
         self.prompts.app.invalidate()
 
     def _answer(self, question: str) -> str:
-        """Ask a question, such as that of PROMPT or `Change?`, and return the typed answer. Answers have a separate
-        history."""
+        """Ask a question, such as `Change?` or the question of PROMPT, and return the typed answer. Answers have a
+        separate history."""
         if self._answers is None:
             self._answers = PromptSession(
                 history=InMemoryHistory(),

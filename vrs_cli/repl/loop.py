@@ -138,7 +138,7 @@ WANTED = "Y or N"  # the reply to an answer that is neither yes nor no
 
 
 def yes_or_no(line: str) -> bool | None:
-    """Return the answer in a line to a question (Y/N): True for yes, False for no, None for any other text. A comment
+    """Return the answer in a line to a question (Y/N): True for yes, False for no, None for anything else. A comment
     may follow."""
     return ANSWERS.get(line.partition(";")[0].strip().upper())
 
@@ -226,7 +226,7 @@ class Exchange:
         self._waits = self._asks = False
         self._breaks = self._count_breaks()  # number of connection losses when the last line was taken
         self._withdrawn: set[int] = set()
-        self._question = 0  # the number of the open question, 0 for none
+        self._question = 0  # the number of the open question; 0 if no question is open
         self.wake: Callable[[], object] = int  # called, from any thread, when messages wait for `keep_up`
         port.listen(self.come)
 

@@ -82,7 +82,7 @@ class PipedLines:
 
 
 def lines_of_pipe(stream: object) -> PipedLines | None:
-    """Return the lines of a stream, or None for a stream without a file descriptor (such as a text in memory)."""
+    """Return the lines of a stream, or None for a stream without a file descriptor (such as a StringIO)."""
     try:
         return PipedLines(stream) if isinstance(stream, TextIOBase) else None
     except OSError:

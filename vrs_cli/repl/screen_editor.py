@@ -131,7 +131,7 @@ class ScreenEditor:
         self.app.run(pre_run=self._begin)
 
     def _begin(self) -> None:
-        """Start vi keys in NORMAL mode, in which vi opens a text."""
+        """With vi key bindings, start in NORMAL mode, as vi does when it opens a file."""
         self.app.vi_state.input_mode = InputMode.NAVIGATION
 
     # --- the text ---

@@ -44,10 +44,10 @@ class ShellTerminal:
     ) -> None:
         self._read, self._renderer, self._clock = read, renderer, clock
         self._stream = stream
-        self.pager = ""  # the command that shows long replies; "" for none
+        self.pager = ""  # the command that shows long replies; "" if there is no pager
         self.pages = False  # whether long replies may go through the pager
         self.palette = colours.COLOURS
-        self.vi = False  # whether the keys are those of vi
+        self.vi = False  # whether to use vi key bindings
         self.screens: FrontEnd
         self.leaving = False
         self.whole_lines = False  # whether to write only whole lines, because a prompt may be below the output
@@ -216,7 +216,7 @@ class ShellTerminal:
 
 
 def latest(reply: replies.Reply) -> str:
-    """Return a short text of a reply for the toolbar: the first line of a message, or where a program stopped."""
+    """Return a reply in short form for the toolbar: the first line of a message, or where a program stopped."""
     if isinstance(reply, replies.Message):
         return reply.text.split("\n")[0]
     if isinstance(reply, replies.ProgramStopped):
@@ -246,7 +246,7 @@ LONG = (
 
 
 def pager_of(wanted: bool | str, environment: Mapping[str, str]) -> str:
-    """Return the command of the pager; "" if none is wanted or found. `wanted`: the user's setting `pager`."""
+    """Return the command of the pager; "" if no pager is wanted or found. `wanted`: the user's setting `pager`."""
     command = wanted if isinstance(wanted, str) else environment.get("PAGER", "less") if wanted else ""
     try:
         words = shlex.split(command)
@@ -256,7 +256,7 @@ def pager_of(wanted: bool | str, environment: Mapping[str, str]) -> str:
 
 
 def shown_by(pager: str, text: str) -> bool:
-    """Show a text in a pager. Return whether the pager could be started."""
+    """Show a string in a pager. Return whether the pager could be started."""
     try:
         subprocess.run(shlex.split(pager), input=text, encoding="utf-8", env={**OPTIONS, **os.environ}, check=False)
     except OSError:

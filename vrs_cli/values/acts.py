@@ -212,8 +212,8 @@ class Defined(TaggedValue, frozen=True):
 
 
 class Define(RobotAct[Defined], frozen=True):
-    """Store the programs and variables of a text in memory. `where`: the text before the line number in error
-    messages."""
+    """Store in memory the programs and variables of `text`, the contents of a program file. `where`: the words before
+    the line number in error messages."""
 
     text: str
     where: str = "line "
@@ -369,7 +369,7 @@ class SketchBall(NamedTuple):
 
 class Sketch(TaggedValue, frozen=True, omit_defaults=True):
     """A picture of an explanation, in the world [m]: paths that can be `followed`, paths that are `refused`, balls, the
-    frames of a chain of transformations, and a text at a point."""
+    frames of a chain of transformations, and a label at a point."""
 
     text: str
     at: Vector
@@ -402,7 +402,7 @@ class Boundary(RobotAct[BoundaryCurves], frozen=True):
 
 
 class Findings(TaggedValue, frozen=True):
-    """All mistakes in a text, sorted by line."""
+    """All mistakes in a program text, sorted by line."""
 
     findings: tuple[Diagnostic, ...]
 

@@ -51,7 +51,7 @@ MAX_LINE_CHARS, MAX_DETAIL_CHARS = 160, 400
 
 
 class HasSpan(Protocol):
-    """A value with a position in a text."""
+    """A value with a position in a program text."""
 
     @property
     def span(self) -> Span: ...

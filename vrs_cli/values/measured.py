@@ -106,7 +106,7 @@ class Deviation(Struct, frozen=True):
 
 class MeasuredComparison(Struct, frozen=True):
     """The reports from `begin` to `end` [s] compared with the timeline at their times: the tool's position [m], its
-    orientation [rad], and each joint [rad, m]. `unknown` [s]: the total length of gaps in the reports."""
+    orientation [rad], and each joint [rad, m]. `unknown` [s]: the total time for which reports are missing."""
 
     begin: float
     end: float

@@ -50,7 +50,7 @@ class LineWanted(Asking, frozen=True):
 
 
 class Editing(Asking, frozen=True):
-    """SEE: edit a program as a text; the cursor is in line `row` (from 0)."""
+    """SEE: edit the whole text of a program; the cursor is in line `row` (counted from 0)."""
 
     name: str
     text: str

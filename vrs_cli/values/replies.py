@@ -171,7 +171,7 @@ class LocationTable(TaggedValue, frozen=True):
 
 
 class RealTable(TaggedValue, frozen=True):
-    """The answer to LISTR: names or texts of expressions, and their values. `truths`: show the values as TRUE or
+    """The answer to LISTR: names or expressions as typed, and their values. `truths`: show the values as TRUE or
     FALSE."""
 
     rows: tuple[tuple[str, float], ...]
@@ -566,7 +566,7 @@ def is_error(reply: Reply) -> bool:
 
 
 def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
-    """Return a report of the diagnostics of a text, sorted, with their source lines."""
+    """Return a report of the diagnostics of a program text, sorted, with their source lines."""
     lines = dict(enumerate(text.split("\n"), 1))  # a dict, because a diagnostic may point past the last line
     return DiagnosticsReport(tuple(Diagnosed(one, lines.get(one.span.line, ""), path) for one in in_order(diagnostics)))
 

@@ -49,7 +49,7 @@ def to_json(message: msgspec.Struct) -> str:
 
 
 def table_of(value: msgspec.Struct) -> dict[str, Any]:
-    """Convert a record to JSON-compatible values (dicts, lists, numbers, texts)."""
+    """Convert a record to JSON-compatible values (dicts, lists, numbers, strings)."""
     table: dict[str, Any] = msgspec.to_builtins(value, str_keys=True)
     return table
 

@@ -93,8 +93,8 @@ _NESTED = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 
 
 def innermost(text: str) -> tuple[str, int] | None:
-    """Return the function whose argument list contains the end of the text, and the index of the argument there. The
-    name is "" in brackets that follow no function name. None outside all brackets."""
+    """Return the function whose argument list is still open at the end of the text, and the index of the argument
+    there. The name is "" in brackets that follow no function name. None outside all brackets."""
     before = _BY.sub(",", text)
     if (at := open_bracket(before, "([")) is None:
         return None

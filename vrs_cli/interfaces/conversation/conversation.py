@@ -29,7 +29,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import acts, diagnostics, hand, numbers, questions, replies, results
 
 RUNNING = "*"  # the prompt while a program runs
-PASTED_TOGETHER = 16  # carry out this many pasted lines before other users have a turn
+PASTED_TOGETHER = 16  # carry out this many pasted lines before the requests of other users
 A_PROGRAM = "a program"  # what a typed program is called in the error for a user who may not store one
 MANY_NAMES = 1000  # let another thread search more names than this, because that takes some milliseconds
 CONSTANTS = tuple(name.lower() for name, row in functions.FUNCTIONS.items() if row.constant)
@@ -56,7 +56,7 @@ class Conversation:
         self._refused: str = ""
         self._dropped = 0  # number of steps of the refused program that the current lines contain
         self._left_out = 0  # number of lines with mistakes that were left out of the typed program
-        self._pasted = ""  # finished programs and sections of a paste, to be stored together with those that follow
+        self._pasted = ""  # complete programs and variable sections of a paste; stored with those that follow
         self._jogger = Jogger(self.session)
         # cached, because the prompt needs the same position again after each typed key
         self._place = lru_cache(maxsize=1)(_place)
@@ -87,10 +87,10 @@ class Conversation:
             if self.user_state.interrupted:
                 break
             if not number % PASTED_TOGETHER:
-                yield from beside(lambda: None)  # a short pause, so that other users have a turn if many are served
+                yield from beside(lambda: None)  # a short pause, so that requests of other users can be carried out
         if self._pasted:
             yield from self._guard(self._store(), "")
-        # not for a person, who has seen that the program was refused
+        # a person has already seen that the program was refused
         if refused and self._dropped and not self.user_state.attended:
             what = f"{numbers.count(self._dropped, 'line')} of {refused} dropped: that program was refused"
             yield self.error_reply(RequestRefused(what, ".END ends it"), "")

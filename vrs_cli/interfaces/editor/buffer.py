@@ -38,8 +38,8 @@ OPENERS = frozenset({"FOR", "WHILE", "CASE"})
 
 
 class ProgramReading(NamedTuple):
-    """The result of parsing a text: the program (None if its heading cannot be parsed), and all mistakes, sorted by
-    line."""
+    """The result of parsing a program text: the program (None if its heading cannot be parsed), and all mistakes,
+    sorted by line."""
 
     program: ast.Program | None
     findings: tuple[diagnostics.Diagnostic, ...]
@@ -68,7 +68,7 @@ class ProgramBuffer:
 
     @classmethod
     def of_text(cls, text: str, dialect: diagnostics.Dialect) -> ProgramBuffer:
-        """Return a buffer with a text whose first line is the heading. Blank lines at the end of the text are
+        """Return a buffer with the program text `text`, whose first line is the heading. Blank lines at its end are
         dropped."""
         header, *lines = text.split("\n")
         while lines and not lines[-1].strip():
@@ -346,7 +346,7 @@ def check_not_running(station: Station, name: str) -> None:
 
 
 def named_program(text: str) -> ast.Program:
-    """Return an empty program with the name and parameters given in a text such as `pick(part, height)`. Raises
+    """Return an empty program with the name and parameters given in a string such as `pick(part, height)`. Raises
     LineRefused.
     """
     header = parser.parse_prompt(f".PROGRAM {text}")

@@ -264,7 +264,7 @@ class Editor:
 
 
 class ScreenDraft:
-    """The state of SEE: a program of a station (one robot with its programs and variables), edited as one text without
+    """The state of SEE: a program of a station (one robot with its programs and variables), edited as a whole, without
     `.END`. `row`: the line of the cursor, from 0. `said`: the replies of the last storing."""
 
     def __init__(self, station: Station, buffer: ProgramBuffer) -> None:
@@ -277,7 +277,7 @@ class ScreenDraft:
 
     def do(self, act: acts.ReadDraft | acts.KeepDraft) -> Dialogue[acts.Findings | acts.Kept]:
         """Find the mistakes in the text and keep it as the draft (ReadDraft), or store it (KeepDraft). Raises
-        LineRefused, and ProgramExists if the text has the name of another program."""
+        LineRefused, and ProgramExists if its heading has the name of another program."""
         user_state, programs = self._station.user_state, self._station.programs
         user_state.drafted = "" if act.text == self._stored else f"{act.text}\n.END\n"
         program, findings = yield from _read_text(self._station, act.text, self.dialect)
@@ -314,7 +314,7 @@ def _read_text(station: Station, text: str, dialect: diagnostics.Dialect) -> Dia
 def _keep_text(
     station: Station, program: ast.Program | None, findings: tuple[diagnostics.Diagnostic, ...]
 ) -> Dialogue[tuple[acts.Kept, Replies]]:
-    """Store a program that was read from a text. `findings`: the mistakes in the text. Raises LineRefused if its
+    """Store a program that `_read_text` has parsed. `findings`: the mistakes in its text. Raises LineRefused if its
     heading could not be parsed (`program` is None)."""
     if program is None:
         raise diagnostics.LineRefused(findings[0])

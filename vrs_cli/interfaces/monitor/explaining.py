@@ -207,8 +207,8 @@ def reach_text(report: replies.ReachReport) -> str:
 
 
 def place_of(text: str) -> str | None:
-    """Return the target of a typed motion instruction as the text of an expression; None if the text is not a motion to
-    a location."""
+    """Return the target of a typed motion instruction as a VAL-II expression; None if the line is not a motion to a
+    location."""
     try:
         statement = parser.parse_prompt(text)
     except VrsError:

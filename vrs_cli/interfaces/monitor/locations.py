@@ -174,8 +174,8 @@ def _why(station: Station, it: ast.Instruction) -> Dialogue[None]:
 def explain_reach(
     station: Station, target: commands.PoseTarget | commands.JointTarget, name: str
 ) -> Dialogue[replies.ReachReport]:
-    """Return whether the arm can reach a target from its current position, and why not. `name`: what the report calls
-    the target."""
+    """Return whether the arm can reach a target from its current position, and if not, why. `name`: what the report
+    calls the target."""
     reach = yield from beside(lambda: station.engine.explain(target))
     contacts = (station.contacts.ahead(commands.Move(target, straight)) for straight in (False, True))
     return replies.ReachReport(name, reach, station.units, *contacts)
@@ -258,7 +258,7 @@ def where_part(
 
 # --- variables -------------------------------------------------------------------------------------------------------
 
-Rows = tuple[tuple[str, Value], ...]  # pairs of a name (or the text of an expression) and its value
+Rows = tuple[tuple[str, Value], ...]  # pairs of a name (or an expression as typed) and its value
 
 REALS, STRINGS = (values.Kind.REAL,), (values.Kind.STRING,)
 
@@ -313,7 +313,7 @@ def show_value(station: Station, expression: ast.Expression) -> Dialogue[None]:
 
 
 def _values(station: Station, expression: ast.Expression) -> Dialogue[Rows]:
-    """Return the text and the value of an expression. A bare name stands for the simple variable and all elements of
+    """Return an expression as a string, and its value. A bare name stands for the simple variable and all elements of
     the array with that name."""
     rows: Rows = ()
     if isinstance(expression, ast.Variable) and not expression.indexes:

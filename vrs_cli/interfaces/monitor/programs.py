@@ -26,7 +26,7 @@ from vrs_cli.values.numbers import Value
 
 @operands.handles("LISTP")
 def _list_programs(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """List the named programs in canonical form; without a name, list all programs."""
+    """List the named programs in canonical form; if no name is given, list all programs."""
     environment = station.environment
     stored = [environment.meant(name) for name in operands.words(it)] or list(environment.programs.values())
     if not stored:

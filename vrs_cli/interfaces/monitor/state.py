@@ -254,8 +254,8 @@ def _summary(row: settings.Switch | settings.ParameterRow | settings.Idle) -> st
 def _set_or_list(
     station: Station, it: ast.Instruction, title: str, rows: Mapping[str, Any], idle_rows: Mapping[str, settings.Idle]
 ) -> dialogue.Dialogue[None]:
-    """Set a switch or a parameter. Without a value, list the named ones, or all. `title`: what they are called; `rows`:
-    their table; `idle_rows`: those without effect. Raises UsageError."""
+    """Set a switch or a parameter. If no value is given, list the named switches or parameters, or all of them.
+    `title`: what they are called; `rows`: their table; `idle_rows`: those without effect. Raises UsageError."""
     if it.value is not None:
         yield from _set(station, it, idle_rows)
         return

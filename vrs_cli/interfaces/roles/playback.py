@@ -18,7 +18,7 @@ from vrs_cli.values.results import Position
 
 # rates that `faster` and `slower` select: seconds of trajectory per second
 RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)
-LIVE = 0.1  # [s] a playback that is less than this behind the robot counts as live
+LIVE = 0.1  # [s] a playback that lags the robot by less than this counts as live
 
 
 class Playback(Struct, frozen=True):

@@ -299,9 +299,9 @@ class Supervisor(Observer):
     # --- programs and variables ---
 
     def define(self, text: str, where: str = "line ") -> tuple[str, ...]:
-        """Store the programs and variables of a text in memory. Return the names of the programs. Raises
-        ProgramNotExecutable for a text with mistakes; the error names the line of the first mistake, with `where`
-        before the line number."""
+        """Store in memory the programs and variables of a string with the contents of a program file. Return the names
+        of the programs. Raises ProgramNotExecutable if the string contains mistakes; the error names the line of the
+        first mistake, with `where` before the line number."""
         return self.act(acts.Define(text, where)).names
 
     def load(self, path: str | Path) -> tuple[str, ...]:

@@ -139,7 +139,8 @@ def _assign(session: Session, act: acts.Assign) -> None:
 
 
 def _expression(session: Session, text: str) -> ast.Expression:
-    """Parse an expression. Raises LineRefused, and UsageError if the text is a command or more than one expression."""
+    """Parse an expression. Raises LineRefused, and UsageError if the string is a command or contains more than one
+    expression."""
     if (
         text.split()[:1]
         and text.split()[0].upper()
@@ -201,8 +202,8 @@ def _list_commands(session: Session, _act: acts.ListCommands) -> Dialogue[acts.C
 
 def survey(session: Session, act: acts.Survey) -> acts.Surveyed:
     """Return the state of the robot without its timeline, for a front end. A list that the front end already has is
-    left out: each list has a mark (a short text that identifies its contents), and the front end sends the marks that
-    it knows."""
+    left out: each list has a mark (a short string that identifies its contents), and the front end sends the marks of
+    the lists that it has."""
     branches, places = session.branches, _places(session)
     rows = tuple(islice(program_names(session.programs), MAX_PROGRAMS))
     programs = acts.ProgramList(len(session.programs) - len(rows), rows=rows)

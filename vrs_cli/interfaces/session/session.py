@@ -192,7 +192,7 @@ class CommandLine(NamedTuple):
 
 
 def command_lines(text: str) -> tuple[CommandLine, ...]:
-    """Return the commands in the text of a command file, without `MC`. Raises CannotInterpret if the text contains
+    """Return the commands in the text of a command file, without `MC`. Raises CannotInterpret if the file contains
     anything else."""
     lines = [line for line in parser.lines_of(text) if line.text.strip()]
     found: list[CommandLine] = []

@@ -297,13 +297,13 @@ class RobotBody:
 
 
 PARAMETER = "DIVERGENCE"  # name of the parameter that selects the reaction to an alarm (`OnAlarm`)
-STANDS_WITHIN = 5.0  # [s] a body that was ordered to hold must stop, and report that, within this time
+STANDS_WITHIN = 5.0  # [s] a body that was ordered to hold must stop, and report its stop, within this time
 # [s] an order reaches the body after at most DELAYS times the delay of its reports, plus MARGIN
 DELAYS, MARGIN = 2.0, 0.1
 # [s] extra time without alarms for a body to start moving, after it has connected or was ordered to follow
 SETTLES = 1.0
 NEAR = 5e-3  # [rad, m] a body at rest that is nearer to the timeline than this can follow it without RESYNC
-AGAIN_AFTER = 10.0  # [s] after an alarm within this time after RESYNC, do not try RESYNC again: it did not help
+AGAIN_AFTER = 10.0  # [s] if an alarm follows RESYNC within this time, RESYNC did not help: do not try it again
 # causes of a difference for which RESYNC helps; a blocked joint or a payload would cause a new difference
 PASSING = frozenset(
     (

@@ -24,7 +24,7 @@ from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
 from vrs_cli.values.numbers import Value
 
 NO_PROGRAMS: Mapping[str, ast.Program] = MappingProxyType({})
-LONG_TEXT = 1000  # [characters] let another thread parse longer texts
+LONG_TEXT = 1000  # [characters] let another thread parse files longer than this
 LONG_PROGRAM = 100  # let another thread compile or edit programs with more steps
 # warn if the axes of a transformation are rounded by more than this; rounding to single precision is smaller
 LEAST_TOLD = 1e-6
@@ -120,7 +120,7 @@ class Unstored:
         self._values: dict[Item, Value] = {}  # values of variables in their files
         self._items: set[Item] = set()
         self._changed: set[Item] = set()  # variables that have changed since they were last compared with files
-        # values when the running program began; None if none is running
+        # values when the running program began; None if no program is running
         self._before: Mapping[Item, Value] | None = None
         self._version = 0
         self._news: set[Item] = set()

@@ -81,7 +81,7 @@ def real_or(station: Station, it: Instruction, index: int, default: float) -> fl
 
 
 def moment(station: Station, it: Instruction) -> float:
-    """Return the time given by AT t or IN dt [s]; the current time if none is given."""
+    """Return the time given by AT t or IN dt [s]; the current time if no time is given."""
     at, within = it.modifiers.at, it.modifiers.within
     if at is not None:
         return real(station, at)
@@ -186,8 +186,8 @@ def leave(station: Station, _it: Instruction | None = None) -> Dialogue[None]:
 
 
 def name_some(what: str, names: list[str]) -> str:
-    """Return a text such as `program pick` or `locations a, b`. If there are many names, it has the first ones and the
-    number of the remaining ones."""
+    """Return a string such as `program pick` or `locations a, b`. If there are many names, it contains the first ones
+    and says how many more there are."""
     more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
     return f"{what}{'s' if len(names) > 1 else ''} {', '.join(names[:MAX_NAMES])}{more}"
 

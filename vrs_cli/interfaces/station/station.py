@@ -100,7 +100,7 @@ class Station:
         self.environment = Environment(units=self.units)
         self.programs = self.environment.programs
         self.unstored = loaded_file.Unstored(self.environment)
-        if terminal.attended:  # only a person at a terminal is asked about unsaved work, so only then record changes
+        if terminal.attended:  # record changes only for a person, who is asked about unsaved work
             self.unstored.watch()
         self.limits, self.folder = limits, folder
         self.driver = Driver(self.engine, terminal, self.environment, folder, outside, advice)
@@ -242,8 +242,8 @@ class Station:
         return track is not None and track.running
 
     def check_free(self, program: str) -> None:
-        """Check that no task is executing a program, directly or in a CALL, because such a program cannot be changed.
-        Raises ProgramInterlocked."""
+        """Check that no task is executing a program, directly or in a CALL, because a program that is executing cannot
+        be changed. Raises ProgramInterlocked."""
         if (track := self.tasks.uses(program)) is not None:
             number = "" if track.number == ROBOT_PROGRAM else f" {track.number}"
             clears = f"{{ABORT{number}}}, then {{KILL{number}}}" if track.running else f"{{KILL{number}}}"

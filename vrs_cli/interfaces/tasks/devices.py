@@ -18,7 +18,7 @@ END_OF_LINE = "\r"  # GETC returns this character (the Return key) at the end of
 
 class Devices(Struct, eq=False):
     """The logical units of all tasks. `disk`: the units of the disk. `show`: writes to the terminal; its arguments are
-    a text, and whether the line ends after it. `outside`: provides all other devices; `missed`: called once for each
+    a string, and whether the line ends after it. `outside`: provides all other devices; `missed`: called once for each
     device that cannot be opened."""
 
     disk: Disk

@@ -2,8 +2,9 @@
 motions are executed: after a motion begins, the program continues until its next motion, which waits until it may
 begin. Several programs run at the same time, each as a task with a number; a line typed at the prompt is a task too,
 and comes first. For each task the driver knows the time at which it continues, and always continues the task with the
-earliest time; of several, the one with the lowest number. So the same programs always give the same timeline. The given
-clock sets the pace. A task that waits for a condition tests it at every tick and whenever a signal changes."""
+earliest time; if several have the same time, the one with the lowest number. So the same programs always give the same
+timeline. The given clock sets the pace. A task that waits for a condition tests it at every tick and whenever a signal
+changes."""
 
 from __future__ import annotations
 
@@ -406,7 +407,7 @@ class Driver:
         return self.engine.now >= coming
 
     def _check_held(self, characters: int) -> None:
-        """Check the number of characters in memory of files that are open for reading. Raises LimitReached."""
+        """Check how many characters of the files open for reading are held in memory. Raises LimitReached."""
         most = None if not self._runs else self._runs[-1].limits.max_elements
         if most is not None and characters > most:
             raise LimitReached(
@@ -431,7 +432,8 @@ class Driver:
         self._do(track, self._throw(track, error))
 
     def _whereabouts(self, foreground: tasks.Track) -> Iterator[str]:
-        """Yield a text for each running task that says at which step it waits or works, the task of the run first."""
+        """For each running task, yield a string that says at which step the task waits or works. The task `foreground`
+        comes first."""
         others = [track for track in self.tasks.in_order() if track.running and track is not foreground]
         for track in [foreground, *others]:
             task = track.task
@@ -518,7 +520,7 @@ class Driver:
 
     @property
     def course(self) -> WorldCourse | None:
-        """The states of the cell's parts over time on the current timeline; None without a cell."""
+        """The states of the cell's parts over time on the current timeline; None if there is no cell."""
         return None if self.world is None else self.world.course(self.engine.timeline)
 
     def surround(self, cell: Cell) -> None:

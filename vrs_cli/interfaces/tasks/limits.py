@@ -12,7 +12,7 @@ from msgspec import Struct, structs
 from vrs_cli.errors import LimitReached
 
 GO_ON = "SIGNAL sets an input that is waited for; RETRY lets a program go on"
-# returns the hint shown when the named limit is reached ("signals": a program waits for an input forever)
+# returns the hint to show when the named limit is reached ("signals": a program would wait forever for an input)
 Advice = Callable[[str], str]
 
 
@@ -77,7 +77,7 @@ REFUSED = ("socket.", "subprocess.", "os.exec", "os.fork", "os.posix_spawn", "os
 
 
 class Isolation:
-    """A context in which this process can open no connection and start no other process: before such an act Python
+    """A context in which this process can open no connection and start no other process: before either of these, Python
     calls an audit hook (`sys.audit`), which raises an error. A hook cannot be removed, so all contexts share one."""
 
     hooked = entered = False

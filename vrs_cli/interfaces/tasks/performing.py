@@ -56,13 +56,13 @@ class TypedLines:
         self._spent.begin(limits)
 
     def count(self, text: str, newline: bool = False) -> None:
-        """Count a text before it is typed. `newline`: whether a line end follows. Raises LimitReached if the output is
-        too long."""
+        """Count the characters of a string before TYPE prints it. `newline`: whether a line end follows. Raises
+        LimitReached if the output is too long."""
         self._spent.add(len(text.encode("utf-8", "replace")) + newline)
 
     def show(self, text: str, newline: bool) -> None:
-        """Type a text. If the switch MESSAGES is off, it is only recorded, not shown on the terminal. Raises
-        LimitReached."""
+        """Print a string for TYPE. If the switch MESSAGES is off, the string is only recorded, not shown on the
+        terminal. Raises LimitReached."""
         self.count(text, newline)
         self._put(text, newline)
 

@@ -172,7 +172,8 @@ class Watch(Struct):
     last: numbers.Value | None = None
 
     def change(self) -> str:
-        """Evaluate the expression. Return a text with the current and the previous value, or "" if they are equal."""
+        """Evaluate the expression. Return a string with the current and the previous value, or "" if the value has not
+        changed."""
         before = self.last
         try:
             self.last = self.evaluate()
@@ -227,8 +228,8 @@ class Tasks(memory.System):
         return sum([track.task.steps_done for track in self._tracks.values()])
 
     def next(self) -> Track | None:
-        """Return the running task that continues first: the one with the earliest `wake`; of several, the lowest
-        number."""
+        """Return the running task that continues first: the one with the earliest `wake` and, if several are equal,
+        with the lowest number."""
         first: Track | None = None
         for track in self._tracks.values():  # a plain loop, because this is called twice for each step
             if track.outcome is None and (first is None or (track.wake, track.number) < (first.wake, first.number)):
@@ -242,8 +243,8 @@ class Tasks(memory.System):
     # --- start and continue ---
 
     def start(self, number: int, task: Task, folder: Folder | None = None) -> Track:
-        """Start a task; the other tasks continue. `folder`: the folder of its files, if it has one of its own. Raises
-        TaskActive.
+        """Start a task; the other tasks continue. `folder`: the folder of the task's files, if the task has its own
+        folder. Raises TaskActive.
         """
         if (there := self.get(number)) is not None and there.running:
             raise TaskActive(f"task {number} runs {there.task.program}", "{ABORT} stops it")
