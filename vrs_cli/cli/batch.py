@@ -297,7 +297,8 @@ class Batch(Struct, frozen=True):
         return FAILED
 
     def _file(self, source: Source) -> Object:
-        """Return the file of an error for `--json`, or an empty object if the run loads only one file."""
+        """Return an object for `--json` that names the file of an error; return an empty object if the run loads only
+        one file."""
         return {"file": source.path} if len(self.sources) > 1 else {}
 
     def _owner(self, program: str) -> Source:

@@ -33,8 +33,8 @@ Tell = Callable[[str], None]
 
 
 def body(options: Namespace) -> int:
-    """Act as the robot's body until Ctrl-C, or until another client becomes the body. Raises the robot's error if it
-    refuses a request."""
+    """Act as the robot's body until Ctrl-C, or until another client becomes the body. If the robot refuses a request,
+    raises the robot's error."""
     kind = next((kind for kind in KINDS if getattr(options, kind)), None)
     if kind is None:
         raise CommandLineError("which body?", f"give --{' or --'.join(KINDS)}")

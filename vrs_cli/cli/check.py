@@ -37,7 +37,8 @@ class Finding(Struct, frozen=True):
 
 
 def _text(findings: Sequence[Finding]) -> None:
-    """Print all diagnostics and their number, in colours on a terminal. Print nothing about files without mistakes."""
+    """Print all diagnostics and how many there are, in colours if the output is a terminal. Print nothing about files
+    without mistakes."""
     for finding in findings:
         if sys.stdout.isatty():
             from vrs_cli.render.console import TerminalRenderer
@@ -335,7 +336,7 @@ def _difference(path: str, before: str, after: str) -> Iterable[str]:
 
 
 def _show(lines: Iterable[str]) -> None:
-    """Print lines of a diff, in colours on a terminal."""
+    """Print lines of a diff, in colours if the output is a terminal."""
     if not sys.stdout.isatty():
         print("\n".join(lines))
         return

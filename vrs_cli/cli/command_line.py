@@ -209,8 +209,8 @@ def chosen_robot(options: argparse.Namespace, named: str | None = None) -> Robot
 
 
 def tell_notes(tell: Callable[[str], None], model: RobotModel, *, fitted: bool = True) -> None:
-    """Report what vrs has chosen because a robot's file does not say it. `fitted`: also report the chosen task (which
-    parts of a pose the arm can reach)."""
+    """Report the properties of a robot that vrs has chosen because the robot's file does not give them. `fitted`: also
+    report the chosen task (which parts of a pose the arm can reach)."""
     from vrs_cli.kinematics.model_data import task_notes
 
     notes = () if model.origin is None else model.origin.notes

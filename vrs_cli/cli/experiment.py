@@ -28,7 +28,7 @@ from vrs_cli.values import numbers, replies
 
 class Experiment(NamedTuple):
     """An experiment. `run`: carries it out and returns the exit status. `options`: the names of its options, among
-    those in OWN_DEFAULTS. `defaults`: its default values that differ from OWN_DEFAULTS."""
+    those in OWN_DEFAULTS. `defaults`: the default values that differ from OWN_DEFAULTS."""
 
     run: Callable[[Namespace], int]
     options: tuple[str, ...]
@@ -59,7 +59,8 @@ CHARTED = {
 
 
 def experiment(options: Namespace) -> int:
-    """Run an experiment; return the exit status. Raises CommandLineError for options that it does not have."""
+    """Run an experiment; return the exit status. Raises CommandLineError for options that the experiment does not
+    have."""
     if options.what is None:
         if not (options.viewer or options.controller):
             raise CommandLineError("which experiment?", f"one of {', '.join(EXPERIMENTS)}")

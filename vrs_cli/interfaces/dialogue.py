@@ -93,7 +93,7 @@ def beside_if(long: bool, work: Callable[[], W]) -> Dialogue[W]:
 
 
 def within(context: Callable[[], AbstractContextManager[object]], dialogue: Dialogue[W]) -> Dialogue[W]:
-    """Run a dialogue so that each part between two yields is inside a context manager of its own."""
+    """Run a dialogue so that each part between two yields is inside its own context manager."""
     reaction: Answer | BaseException = None
     while True:
         with context():

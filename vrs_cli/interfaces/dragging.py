@@ -100,8 +100,8 @@ class Search:
         self._at: Joints | None = None
 
     def go_on(self, aim: Aim, now: Joints) -> Joints | None:
-        """Continue the search. Return joints that bring the tool to the target; None if none are found yet. Without
-        progress, restart from another point."""
+        """Continue the search. Return joints that bring the tool to the target; None if no such joints are found yet.
+        If the search makes no progress, restart it from another point."""
         if self._at is None:  # begin at the random joint vector that the arm reaches soonest
             if not self._starts:
                 some = islice(self._anywhere, SEARCH_STARTS)
@@ -248,7 +248,7 @@ class Pursuit:
             yield Hold(Limit.REACH)
 
     def _out_of_reach(self, aim: Aim) -> str | None:
-        """Return which limit of the reach the target exceeds: `far` or `close`, or "" for a limit without a name; None
+        """Return which limit of the reach the target exceeds: `far` or `close`, or "" if that limit has no name; None
         if the target is within reach and only joint ranges limit the tool."""
         if not self._closed or self.arm.branch_joints(aim.flange, self._way, self.goal) is not None:
             return None

@@ -334,8 +334,8 @@ class UserState(Struct, eq=False, weakref=True):
     streams: dict[StreamKind, TargetStream] = field(default_factory=dict)
 
     def show(self, it: object, question: questions.OnScreen) -> Dialogue[bool]:
-        """Show `it` on the full screen until the user leaves it. `question`: asks the front end to open the screen.
-        Return False if the user's front end has no full screen."""
+        """Show `it` on the full screen until the user leaves the screen. `question`: asks the front end to open the
+        screen. Return False if the user's front end has no full screen."""
         self.on_screen = it
         try:
             return (yield question) is not None

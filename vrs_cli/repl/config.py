@@ -48,7 +48,7 @@ def config_path(environment: Mapping[str, str], platform: str = sys.platform) ->
 
 
 def read_config(environment: Mapping[str, str]) -> Config:
-    """Read the user's settings file. A missing or wrong setting gets its default."""
+    """Read the user's settings file. A missing or wrong setting gets its default value."""
     try:
         path = config_path(environment)
         text = path.read_text(encoding="utf-8")
@@ -129,8 +129,8 @@ def state_folder(environment: Mapping[str, str]) -> Path:
 
 
 class QuietHistory(FileHistory):
-    """A file with the history of typed lines. If a line cannot be written (full disk), it is missing in the file,
-    without an error."""
+    """A file with the history of typed lines. If a line cannot be written (full disk), the line is missing in the file,
+    and no error is raised."""
 
     def store_string(self, string: str) -> None:
         with suppress(OSError):

@@ -291,8 +291,8 @@ class Shell:
         return True
 
     def _leave(self) -> bool:
-        """End the shell like EXIT (after Ctrl-D); without a question if the terminal was closed. Return whether the
-        user leaves."""
+        """End the shell like EXIT (after Ctrl-D); ask no question if the terminal was closed. Return whether the user
+        leaves."""
         terminal = self.terminal_maker.ready
         if terminal is None or self._hung_up:
             return True

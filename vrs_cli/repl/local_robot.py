@@ -106,7 +106,8 @@ class ShellRobot:
 
 
 def _draw(path: Path, plot: Plot) -> None:
-    """Write a plot to a file. Raises UsageError without matplotlib, FileError if the file cannot be written."""
+    """Write a plot to a file. Raises UsageError if matplotlib is not installed, FileError if the file cannot be
+    written."""
     from vrs_cli.render.plots import plot_curves
 
     plot_curves(path, plot)
@@ -172,7 +173,7 @@ class LoggedTerminal:
     # --- writing the transcript ---
 
     def _keep(self, write: Callable[[Transcript], None]) -> None:
-        """Add an entry to the transcript, if there is one. A full disk ends only the transcript."""
+        """If there is a transcript, add an entry to it. A full disk ends only the transcript."""
         if self.transcript is None:
             return
         try:

@@ -32,7 +32,7 @@ class PipedLines:
     due actions of `robot`, if one is set."""
 
     def __init__(self, stream: TextIOBase) -> None:
-        """Start with the stream's file descriptor. Raises OSError for a stream without one."""
+        """Start with the stream's file descriptor. Raises OSError if the stream has none."""
         self.robot: Driven | None = None
         self.after: Callable[[], object] = lambda: None  # called after each step of the robot
         self._descriptor = stream.fileno()

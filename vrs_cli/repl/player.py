@@ -202,7 +202,7 @@ class JogPanel(Struct):
         self.hand.do(StopJog())
 
     def choose(self, index: int) -> None:
-        """Choose an axis by its index, from 0. An index without an axis has no effect."""
+        """Choose an axis by its index, from 0. An index that no axis has is ignored."""
         if 0 <= index < len(self.axes):
             self.index = index
 

@@ -151,7 +151,7 @@ class Steer(RobotAct[None], frozen=True, omit_defaults=True):
 
 
 class DragTool(RobotAct[Shortfall], frozen=True, omit_defaults=True):
-    """Drag the tool towards `pose` (T_world_tool), as far as the arm can follow. Without a pose, end the drag."""
+    """Drag the tool towards `pose` (T_world_tool), as far as the arm can follow. If there is no pose, end the drag."""
 
     pose: Transform | None = None
 
@@ -324,8 +324,8 @@ class Surveyed(TaggedValue, frozen=True):
 
 
 class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):
-    """Return the state of the robot. `program`: the program whose mark and breakpoints are requested, empty for none.
-    `known`: marks of the lists that the client already has."""
+    """Return the state of the robot. `program`: the program whose mark and breakpoints are requested; empty if no
+    program is requested. `known`: marks of the lists that the client already has."""
 
     program: str = ""
     known: tuple[str, ...] = ()

@@ -70,8 +70,8 @@ class Severity(Enum):
 
 
 class Diagnostic(Struct, frozen=True):
-    """A mistake found in the source. `detail`: what is wrong; `hint`: a correct form. `mend`: the text that corrects
-    the span, if only one correction is possible, otherwise empty."""
+    """A mistake found in the source. `detail`: what is wrong; `hint`: a correct form. `mend`: the text to put in place
+    of the span if only one correction is possible, otherwise empty."""
 
     severity: Severity
     code: int

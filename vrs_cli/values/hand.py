@@ -51,8 +51,8 @@ class Hold(Struct, frozen=True, omit_defaults=True):
 
 
 class Shortfall(TaggedValue, frozen=True, omit_defaults=True):
-    """The remaining distance of the tool from the requested pose [m, rad], and the limits that cause it; no limits once
-    the tool has arrived."""
+    """The remaining distance of the tool from the requested pose [m, rad], and the limits that cause it. There are no
+    limits once the tool has arrived."""
 
     away: float = 0.0
     turned: float = 0.0

@@ -152,7 +152,8 @@ class ReachReport(TaggedValue, frozen=True):
 
 
 class NamedLocation(Struct, frozen=True):
-    """A named location: its transformation, or the joints of a precision point; neither if the name is undefined."""
+    """A named location: its transformation, or the joints of a precision point; both are None if the name is
+    undefined."""
 
     name: str
     pose: Transform | None = None
@@ -499,7 +500,7 @@ class ReplayRow(Struct, frozen=True):
 
 
 class ReplayTable(TaggedValue, frozen=True):
-    """The answer to REPLAY without an animation: the initial pose, and the end of each motion."""
+    """The answer to REPLAY if there is no animation: the initial pose, and the end of each motion."""
 
     rows: tuple[ReplayRow, ...]
 

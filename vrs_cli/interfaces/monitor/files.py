@@ -185,7 +185,7 @@ def _save(station: Station, it: Instruction) -> Dialogue[None]:
 
 @operands.handles("REPLAY")
 def _replay(station: Station, it: Instruction) -> Dialogue[None]:
-    """Play a trajectory file on the user's screen; without a screen, list its motions."""
+    """Play a trajectory file on the user's screen; if there is no screen, list the motions of the file."""
     path = operands.path_of(station, it)
     path = path if path.exists() else _with_extension(path, trajectory_file.EXTENSION)
     recording = yield from _read_recording(station, path)

@@ -60,7 +60,8 @@ def _check_either(it: ast.Instruction, what: str = "") -> None:
 
 @operands.handles("SHOW")
 def _show(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Show the arm on the user's screen while it moves. If it does not move, or without a screen, show one picture."""
+    """Show the arm on the user's screen while it moves. If the arm does not move, or if there is no screen, show one
+    picture."""
     engine, stamped, t = station.engine, it.modifiers.has_time, operands.moment(station, it)
     arm, timeline = engine.arm, engine.timeline
     moves = engine.realtime and engine.now < engine.end and not stamped

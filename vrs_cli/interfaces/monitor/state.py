@@ -95,7 +95,8 @@ BANKS = (("Inputs", values.INPUTS), ("Outputs", values.OUTPUTS), ("Internal sign
 
 @handles("IO")
 def _tell_signals(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
-    """Report the states of signals. For a given time, leave out the internal signals, because they have no history."""
+    """Report the states of signals. If a time is given, leave out the internal signals, because their earlier states
+    are not stored."""
     given, timed = operand(it, 0), it.modifiers.has_time
     number = None if given is None else values.whole(real(station, given))
     if number is not None and number not in range(len(BANKS)):
@@ -141,7 +142,7 @@ def _tell_memory(station: Station, _it: ast.Instruction) -> Iterable[replies.Rep
 
 
 def free_memory() -> float | None:
-    """Return how much of the computer's memory is free [%]; None if the operating system does not tell."""
+    """Return how much of the computer's memory is free [%]; None if the operating system does not report it."""
     try:
         return 100.0 * os.sysconf("SC_AVPHYS_PAGES") / os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError, ZeroDivisionError):

@@ -114,7 +114,7 @@ class Port(Protocol):
         """Send a message that has no answer. Signal handlers may call this method."""
 
     def post(self, make: MakeRequest, outlet: Outlet) -> None:
-        """Send a request without waiting, not even until it is sent. Without a connection, the outlet receives
+        """Send a request without waiting, not even until it is sent. If there is no connection, the outlet receives
         `Refused`. Signal handlers may call this method."""
 
     def interrupt(self) -> bool:

@@ -78,7 +78,7 @@ class ReportNumbers:
         self._gaps: deque[range] = deque(maxlen=MAX_GAPS)
 
     def new(self, first: int, reports: Sequence[measured.Report]) -> Sequence[measured.Report]:
-        """Return those reports that have not been received before. `first`: the number of the first one of
+        """Return those reports that have not been received before. `first`: the number of the first report in
         `reports`."""
         return [one for number, one in enumerate(reports, first) if number >= self.next or self._gap(number)]
 

@@ -154,7 +154,7 @@ class Devices(Struct, eq=False):
         return self._devices.get((task, unit), of_program)
 
     def connection(self, task: int, unit: int) -> int | None:
-        """Return the handle of the connection from which the last READ came; None for a unit without connections."""
+        """Return the handle of the connection from which the last READ came; None if the unit has no connections."""
         device = self._devices.get((task, unit))
         return None if device is None else device.handle
 

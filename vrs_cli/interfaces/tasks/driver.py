@@ -346,7 +346,8 @@ class Driver:
 
     @property
     def has_withdrawn(self) -> bool:
-        """Return whether a user still sees a question although its task no longer waits for the answer."""
+        """Return whether a user still sees a question although the task that asked it no longer waits for the
+        answer."""
         return not self.asking <= {asked.number for _, asked in self.questions()}
 
     # --- limits ---
@@ -363,7 +364,7 @@ class Driver:
             self.tasks.abort(track.number)
 
     def _exceed_time(self, run: _Run) -> None:
-        """End a run that has reached its limit of the robot's time."""
+        """End a run that has reached its limit on the robot's time."""
         self.engine.clock.advance(max(run.last, self.engine.now))
         what = f"the program was still running after {run.limits.max_time:g} s of the robot's time"
         late = (one.text for one in self.engine.book.records() if one.asked is not None and one.asked > run.last)
@@ -379,7 +380,7 @@ class Driver:
         return not more_comes and observations.in_vain(self.tasks.running, engine.now)
 
     def _look(self) -> None:
-        """Check the limits of steps and memory of each run, and end a run that exceeds one."""
+        """Check each run's limits on steps and memory, and end a run that exceeds one of them."""
         for run in self._runs:
             if (track := self._foreground(run)) is None or isinstance(track.pending, effects.Failed | tasks.Aborted):
                 continue

@@ -166,7 +166,7 @@ def _stays(track: Track) -> bool:
 
 
 def _condition(track: Track) -> ast.Expression | None:
-    """Return the condition of the WAIT instruction at which a task has stopped; None for a WAIT without one."""
+    """Return the condition of the WAIT instruction at which a task has stopped; None if that WAIT has no condition."""
     it = track.task.statement
     return it.arguments[0] if isinstance(it, ast.Instruction) and it.word == "WAIT" and it.arguments else None
 

@@ -269,7 +269,7 @@ def by_robot_clock(request: commands.Request, times: users.HolderTimes) -> comma
 
 
 def _line(answer: str | VrsError | None) -> str | None:
-    """Return the line in an answer; None at the end of the input. Raises the error if the answer is an error."""
+    """Return the line that an answer contains; None at the end of the input. If the answer is an error, raise it."""
     if isinstance(answer, VrsError):
         raise answer
     return answer

@@ -164,7 +164,8 @@ class Track(Struct, eq=False):
 
 
 class Watch(Struct):
-    """A watched expression. `text`: as typed; `last`: its value at the last evaluation, None if it had no value."""
+    """A watched expression. `text`: as typed; `last`: its value at the last evaluation, None if the expression had no
+    value."""
 
     text: str
     evaluate: Callable[[], numbers.Value]
