@@ -32,8 +32,8 @@ SHUT_FOLDER = frozenset({errno.EACCES, errno.EPERM, errno.EROFS})
 
 
 class HeldLock(AbstractContextManager["HeldLock"]):
-    """A lock on a file, held until `release`. `firm`: whether the lock excludes all other writers. It does not on a
-    disk without locks, or in a folder that cannot be written; there is no file handle then.
+    """A lock on a file, held until `release`. `firm`: whether the lock excludes all other writers. On a disk without
+    locks, or in a folder that cannot be written, the lock does not exclude them, and there is no file handle.
     """
 
     def __init__(self, path: Path, handle: int | None) -> None:

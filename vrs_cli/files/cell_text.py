@@ -96,7 +96,9 @@ class CellText:
         self.wrong.append(f"{self.path}:{line + 1}: {message}")
 
     def lines_from(self, entry: CellEntry, key: str) -> range:
-        """Return the range of a table's lines from the line that begins with `key`; all its lines if none does."""
+        """Return the range of a table's lines from the line that begins with `key`; if no line begins with it, return
+        all lines of the table.
+        """
         last = re.escape(key.rpartition(".")[2])
         begins = re.compile(rf"""(?i)[\s\["'\w.-]*(?<!\w){last}["']?\s*[=.\]]""")
         first = next((at for at in entry.lines if begins.match(self._lines[at])), entry.lines.start)
@@ -145,7 +147,7 @@ class CellText:
         return found
 
     def claim(self, entry: CellEntry, key: str, signal: int) -> None:
-        """Note that a table sets a signal; report a mistake if another table sets it too."""
+        """Record that a table sets a signal; report a mistake if another table sets the same signal."""
         if signal and (other := self._claimed.setdefault(abs(signal), entry.name)) != entry.name:
             self.fault(entry, key, f"{abs(signal)} is set by {other.rstrip(' :')} already")
 

@@ -181,8 +181,9 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
 
 @contextmanager
 def working_folder(source: Path, kept: Path | None = None, *, below: bool = True) -> Iterator[WorkingFolder]:
-    """Create a temporary working folder for one run, yield it, and remove it at the end. `kept`: use this folder
-    instead, and at the end remove only unchanged copies. Raises FileError if the folder cannot be created.
+    """Create a temporary working folder for one run, yield it, and remove it at the end. `kept`: a folder to use
+    instead of a temporary one; at the end only unchanged copies are removed from it. Raises FileError if the folder
+    cannot be created.
     """
     from tempfile import TemporaryDirectory
 
@@ -278,7 +279,7 @@ class Disk(Struct, eq=False):
     # --- folders ---
 
     def place(self, task: int, folder: Folder | None) -> None:
-        """Set the folder for the files of a new task; None: the common `folder`."""
+        """Set the folder for the files of a new task; if it is None, the task uses the common `folder`."""
         self.folders.pop(task, None)
         if folder is not None:
             self.folders[task] = folder

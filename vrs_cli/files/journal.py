@@ -37,7 +37,7 @@ from vrs_cli.wire.lines import CheckpointRecord, LineEncoder
 from vrs_cli.wire.records import Form
 
 CHUNK = 1 << 16  # [B] a journal that is not durable collects this much before it writes
-TRIES = 3  # maximum number of files to which the journal tries to write a change
+TRIES = 3  # the journal tries to write a change to at most this many files, one after the other
 REPORT_SECONDS = 1.0  # [s] reports of the real arm are collected for this time and written together
 RETRY_SECONDS = 10.0  # [s] after a failed write, reports are collected for this time before the next attempt
 NOT_DONE = "what cannot be written down is not done: make room, and give it again"
@@ -55,8 +55,8 @@ class Course(Struct, frozen=True):
     measured: MeasuredTimeline
 
     def motions(self) -> dict[int, Motion]:
-        """Return, by number, the motions described in the lines since the last multiple of PART changes; the next lines
-        may refer to these motions by number.
+        """Return the motions that the next lines may refer to by number: those described in the lines since the last
+        multiple of PART changes.
         """
         known = {} if self.deltas else {segment.motion.number: segment.motion for segment in self.initial}
         for delta in self.deltas[len(self.deltas) // PART * PART :]:
@@ -216,8 +216,8 @@ class Journal:
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
         """Write changes before they take effect; if FileError is raised, they must not take effect. `happens`: the
-        changes take effect even if they cannot be written; the user is told, and they are written together with the
-        next change.
+        changes take effect even if they cannot be written. The user is then told, and the changes are written together
+        with the next ones.
         """
         if self._before is not None and deltas[0].version <= self._before.version:
             self._take_back()  # the previous change was written but did not take effect, because of Ctrl-C
@@ -231,7 +231,7 @@ class Journal:
             self._tell(f"{error}; {ANYWAY}")
 
     def settle(self) -> None:
-        """Sync all written lines. If the sync fails, write all events to a new file."""
+        """Sync all written lines to the disk. If the sync fails, write all events to a new file."""
         if not self.unsettled:
             return
         # set before syncing: if this sync fails, a later one may still report success, so the file is doubtful until
@@ -322,7 +322,7 @@ class Journal:
                 self._file.cut(before.size)
 
     def close(self) -> None:
-        """Write everything that is left, sync the file, and release it. A second call has no effect."""
+        """Write all lines not written yet, sync the file, and release it. A second call has no effect."""
         if self._closed:
             return
         self._closed = True

@@ -49,7 +49,7 @@ def load_mesh(path: Path) -> Trimesh:
 
 def glb_of(path: Path, scale: Vector, colour: tuple[int, int, int]) -> bytes:
     """Convert a mesh file to GLB, in metres and with normals. The mesh has the file's colours and textures, or `colour`
-    (red, green, blue) if the file has none. Raises NonexistentFile, FileError, FileDamaged.
+    (red, green, blue) if the file has neither. Raises NonexistentFile, FileError, FileDamaged.
     """
     import numpy as np
     from trimesh import Scene

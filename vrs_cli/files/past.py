@@ -42,14 +42,16 @@ class GrowingFile:
         self.path, self._handle = path, os.open(path, ADDING)
         self.size = os.fstat(self._handle).st_size
         self._special = is_special(path)
-        self._torn = False  # true while an incomplete line is being removed, and afterwards if that has failed
+        self._torn = False  # true while an incomplete line is being removed, and afterwards if the removal has failed
         self._reading = Lock()
         if not self._special and not claim(self._handle):
             self.close()
             raise FileOpened(f"{path} is being written by another vrs", "end that one, or name another file")
 
     def find_change(self) -> str:
-        """Return words that say how somebody else has changed the file (such as "was removed"); "" if nobody has."""
+        """Return words that say how somebody else has changed the file (such as "was removed"); "" if nobody has
+        changed it.
+        """
         if self._special:
             return ""
         try:
@@ -69,7 +71,9 @@ class GrowingFile:
         return ""
 
     def add(self, data: bytes, *, durable: bool) -> None:
-        """Append data; after an error or Ctrl-C remove what was written of it. `durable`: also sync the file."""
+        """Append data. After an error or Ctrl-C, remove the part of the data that was already written. `durable`: also
+        sync the file.
+        """
         try:
             rest = memoryview(data)
             while rest:

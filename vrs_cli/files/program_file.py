@@ -252,7 +252,7 @@ def _lock_left(path: Path) -> LeftFile | None:
 
 
 def _mark(path: Path) -> Path:
-    """Return the path whose lock a shell holds while it runs. (The recovery file itself is locked only while it is
-    written.)
+    """Return a path, separate from that of the recovery file, whose lock a shell holds while it runs. (The recovery
+    file itself is locked only while it is written.)
     """
     return path.with_suffix(".shell")

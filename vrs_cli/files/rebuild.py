@@ -49,7 +49,7 @@ def apply(timeline: Timeline, delta: TimelineDelta) -> Timeline:
 
 
 def _check_events(timeline: Timeline, edit: EventEdit) -> None:
-    """Check that an edit of events fits the events of a timeline. Raises RecordError."""
+    """Check that a change of the events fits the current events of a timeline. Raises RecordError."""
     count, after = timeline.event_count, edit.keep + edit.drop
     if after > count:
         raise RecordError(f"keeps {edit.keep} and drops {edit.drop} of {count} events")

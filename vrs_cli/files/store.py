@@ -89,7 +89,7 @@ class Layout(Struct, frozen=True):
         return replace(self, parts=parts)
 
     def with_part(self, key: str, before: Iterable[Loose]) -> Layout:
-        """Return the layout with the lines `before` in place of those before a program; give no lines for a deleted
+        """Return the layout with the lines `before` in place of those before a program; `before` is empty for a deleted
         program.
         """
         return replace(self, parts={**self.parts, key: tuple(before)})

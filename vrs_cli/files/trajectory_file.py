@@ -110,8 +110,8 @@ def read_trajectory(
 ) -> Recording:
     """Read a trajectory file, and check that its motion is continuous and within the limits. If it is not, raise
     FileDamaged; for an older file without checksums, add warnings to the recording instead. `lenient`: read as much as
-    possible of a damaged file, with warnings. `progress`: called with the fraction of the file that has been read, from
-    0 to 1. Raises NonexistentFile, FileError, and FileDamaged with the line number.
+    possible of a damaged file, and add warnings to the recording. `progress`: called with the fraction of the file that
+    has been read, from 0 to 1. Raises NonexistentFile, FileError, and FileDamaged with the line number.
     """
     file = Path(path)
     try:

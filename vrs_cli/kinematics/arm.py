@@ -88,8 +88,8 @@ class Steady(Protocol):
 class LineProof(Protocol):
     """Proves that the joints of an arm without a closed form are continuous between samples of a line.
 
-    `sure`: the maximum distance [rad, m] between start joints and the proved joints; within it Newton's method surely
-    converges to the proved joints.
+    `sure`: if start joints are closer than this [rad, m] to the proved joints, Newton's method surely converges to
+    the proved joints.
     """
 
     sure: float
@@ -167,7 +167,7 @@ class RobotArm:
         return ()
 
     def line_ways(self, q: Joints) -> tuple[Configuration, ...]:
-        """Return the one or two configurations in which a straight line may continue from these joints."""
+        """Return the configuration (or two, on a border) in which a straight line may continue from these joints."""
         return (self.configuration(q), *self.twins(q)) if self.lines_keep_words else (NONE,)
 
     @property
@@ -379,8 +379,8 @@ class RobotArm:
         return f"in reach {said}; say {said} first"
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:  # noqa: ARG002
-        """Return the error for a pose out of reach; it contains the distance in millimetres if the pose is too far
-        away.
+        """Return the error for a pose out of reach. If the pose is too far away, the error contains its distance in
+        millimetres.
         """
         start, (most, *_) = levers(self.model)
         far = dist(position(T), start)
@@ -437,8 +437,8 @@ class RobotArm:
     boundary = Clearance()
 
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (closed forms use it)
-        """Return how far a pose is from the poses where the closed form of this configuration is singular or has no
-        solution.
+        """Return the clearances of a pose: how far it is from the poses where the closed form of this configuration is
+        singular or has no solution.
         """
         return Clearance()
 
@@ -454,8 +454,7 @@ class RobotArm:
         """Return lower bounds of all clearances on a path between two poses with clearances a and b. `h`: the length of
         the path's parameter interval. `pace`: bounds of the derivatives of the hand's motion by this parameter.
 
-        `beside_axis`: whether the whole path is on the boundary of the shoulder (the wrist as near to axis 1 as it can
-        be).
+        `beside_axis`: whether the wrist is as near to axis 1 as it can be on the whole path.
         """
         return Clearance()
 

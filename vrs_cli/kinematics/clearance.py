@@ -116,7 +116,7 @@ def difference(asked: Transform, instead: Transform) -> str:
 
 
 def _is_kept(way: Vector, poses: Sequence[Transform]) -> bool:
-    """Return whether all these poses have the same coordinate along a direction."""
+    """Return whether the positions of all these poses have the same coordinate along a direction."""
     first, *others = (transform.dot(transform.position(T), way) for T in poses)
     return all(abs(other - first) < CONSTANT for other in others)
 
@@ -131,9 +131,11 @@ def _angle(a: Vector, b: Vector) -> float:
 SINGULAR = 1e-10
 # excess over the reach that is accepted as rounding: of the elbow's cosine over 1, or in [m2] at axis 1
 BOUNDARY = 1e-11
-# [m, rad] below this distance a pose counts as on the boundary of the reach, or two wrist axes as coincident
+# [m, rad] a pose closer than this to the boundary of the reach counts as on the boundary; two wrist axes at a smaller
+# angle count as coincident
 ON_BOUNDARY = 1e-9
-UNKNOWN = -inf  # a clearance for which no lower bound is known, because another clearance that it depends on may be 0
+# stands for a clearance without a known lower bound, because another clearance that it depends on may be 0
+UNKNOWN = -inf
 
 
 class Hand(Struct, frozen=True):
@@ -163,8 +165,8 @@ class HandPace(Struct, frozen=True):
 
 
 class Clearance(Struct, frozen=True):
-    """The clearances of a pose (how far it is from poses that are out of reach or singular), or their minima on a path.
-    A clearance is infinite if the arm has no such limit.
+    """The clearances of a pose (how far it is from poses that are out of reach or singular), or the minimum clearances
+    on a path. A clearance is infinite if the arm has no such limit.
 
     `shoulder` [m2]: the squared distance of the wrist from axis 1, minus the squared distance of the arm's plane from
     axis 1. `outer`, `inner` [m2]: how far the wrist's squared distance from the shoulder is below its maximum (arm

@@ -98,7 +98,7 @@ def over_arrays(formula: Callable[..., Any]) -> Callable[..., Any]:
 
     def choose(test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
         """Return yes() in rows where the test is true, no() in others. If the test has the same result for all rows,
-        only one of them is called.
+        only one of the two functions is called.
         """
         if np.all(test):
             return yes()
@@ -125,7 +125,8 @@ def steps_of(formula: Callable[..., Any], names: Sequence[str], *arguments: Any)
 # names of the signs of a configuration in a formula, and their bits in `Configuration.index`
 SIGNS = {"arm": ARM, "elbow": ELBOW, "wrist": WRIST}
 
-# statements that depend on the same signs, and statements that add whole turns to the joints they compute
+# a level: statements that depend on the same signs, and statements that add whole turns to the joints computed in the
+# level
 Level = tuple[list[ast.stmt], list[ast.stmt]]
 
 

@@ -151,8 +151,8 @@ AT_REST = 1e-9  # [m/s, rad/s] in a singular pose, a smaller velocity in the dir
 class Singularity(NamedTuple):
     """How far a pose is from each singularity, from 0 (singular) to 1 (as far as possible).
 
-    `shoulder`: the distance of the wrist from axis 1, divided by the arm's length. `elbow`: |sin psi|, with psi the
-    angle between upper arm and forearm. `wrist`: |sin q5|.
+    `shoulder`: the distance of the wrist from axis 1, divided by the length of the arm. `elbow`: |sin psi|, with psi
+    the angle between upper arm and forearm. `wrist`: |sin q5|.
     """
 
     shoulder: float

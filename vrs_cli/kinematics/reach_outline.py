@@ -21,7 +21,7 @@ POSES = 40_000  # number of random sample poses for the cross section
 # samples are drawn from ranges extended by this fraction and then clipped, so that many are at the ends of ranges
 BEYOND = 0.12
 CELLS = 44  # number of grid cells across the larger dimension of the reach
-LEVEL = 0.5  # the contour runs where this fraction of a cell and its neighbours is reached
+LEVEL = 0.5  # the contour is drawn where this fraction of a cell and its neighbours is reached
 FLAT = 1e-3  # [m] if the reach is less high than this, the arm counts as moving in a plane
 
 Grid = NDArray[np.float64]  # (R, H): rows by distance from the first axis, columns by height
@@ -31,7 +31,7 @@ Sections = NDArray[np.float64]  # (S, 2, 3): line segments; each end has distanc
 
 # number of directions searched in each plane; with 64, the outline of a circle is at most 0.12 % too small
 DIRECTIONS = 64
-# number of random poses in the first round, then of variations of each direction's best pose
+# number of random poses in the first round; number of variations of each direction's best pose in each later round
 FIRST_POSES, TRIES = 3_000, 10
 # number of rounds; spread of the first variations (fraction of a range), and its factor after each round
 ROUNDS, SPREAD, NARROWER = 32, 0.6, 0.77

@@ -4,9 +4,9 @@ The search is the Levenberg-Marquardt method with the damping of Sugihara (2011)
 from the goal a step follows the gradient, near the goal it is a step of Newton's method. A search within the limits
 stops joints at a limit that they would pass, and may get stuck there. A search without limits does not get stuck, and
 three in four of its results can be brought inside the limits by whole turns. So the solver tries both. Searches start
-from the near joints, then from a fixed sequence of other joints in their ranges: a few at first, and more if these find
-nothing. So the same location always has the same solution. For an arm with fewer than six joints a pose counts as
-reached if the error does not show in three decimals.
+from the near joints, then from a fixed sequence of other joints in their ranges: a few at first, and more if the first
+searches find no solution. So the same location always has the same solution. For an arm with fewer than six joints a
+pose counts as reached if the error does not show in three decimals.
 
 A redundant arm reaches one pose with many joint vectors. A MOVE takes the result of the search that starts at the
 current joints. On a straight line guides prescribe sums of joints (`numeric.arm`), so the joints depend only on the
@@ -52,7 +52,7 @@ NEWTON = 1e-3  # [m2, rad2] below this damping an undamped Newton step is taken 
 SHORT, FEW = 0.35, 6
 # [rad, m] `guided_state` compares the first step of Newton's method with this size, as if it were the previous step
 LAST = 1e-6
-ROUNDS = (40, 160, 640)  # number of starts in each round; a round is tried only if earlier rounds find nothing
+ROUNDS = (40, 160, 640)  # number of starts in each round; a round is tried only if the earlier rounds find no solution
 # number of rounds for an arm with fewer joints than its task needs: most poses are out of reach, so most searches fail
 FEW_JOINTS = 2
 
@@ -292,8 +292,8 @@ class Side(NamedTuple):
     margin: float
 
     def room(self, q: Joints) -> float:
-        """Return how far the arm is from the border of this side (axis 1 plus the margin) [m]; negative beyond the
-        border.
+        """Return how far the arm is from the border of this side (axis 1 plus the margin) [m]. The distance is negative
+        if the arm is beyond the border.
         """
         return self.sign * self.arm.outward(q) - self.margin
 

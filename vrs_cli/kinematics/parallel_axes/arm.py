@@ -211,7 +211,7 @@ def make_branch(bars: Bars, wrist: Callable[[Transform], tuple[float, float, flo
         psi = acos(k if -1.0 < k < 1.0 else copysign(1.0, k)) * arm
         m, t = l1 + l2 * cos(psi), l2 * sin(psi)
         first = atan2(y, x) - atan2(t, m)
-        # if the wrist is on axis 1, joint 1 may have any value and keeps its own
+        # if the wrist is on axis 1, joint 1 may have any value, so it keeps its value in `near`
         q1 = s1 * (first - b1) if far > SINGULAR else near[i1]
         q2 = s2 * (psi - b2 + b1)
         q3 = nearest_turn(s3 * (turn - s1 * q1 - s2 * q2), near[i3])
@@ -232,9 +232,9 @@ def joints_in_order(bars: Bars) -> Callable[[tuple[float, ...]], Joints]:
 def make_rates(bars: Bars) -> Callable[[Joints, Twist, Transform], Joints | None]:
     """Return a function of joints, twist and T_flange_tool that returns the joint rates [rad/s, m/s], or None.
 
-    It returns None near a singular pose, and for a tool whose tip is beside the wrist if the arm has no third turning
-    joint. The angular velocities w1 and w2 of the bars give the wrist the velocity v = i (w1 bar1 + w2 bar2), with
-    complex numbers for vectors in the plane.
+    It returns None near a singular pose. It also returns None if the tip of the tool is beside the wrist and the arm
+    has no third turning joint. The angular velocities w1 and w2 of the bars give the wrist the velocity v = i (w1 bar1
+    + w2 bar2), with complex numbers for vectors in the plane.
     """
     (l1, l2), (b1, b2), plane, flange = bars.lengths, bars.bearings, bars.T_plane_base, bars.flange
     level = at_position(plane, 0.0, 0.0, 0.0) == IDENTITY

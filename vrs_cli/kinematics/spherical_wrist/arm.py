@@ -149,7 +149,7 @@ class SphericalWristArm(FormulaArm):
         x, y = c4 * s5, s4 * s5
         e = c23 * x + s23 * c5
         tx, ty, tz = T_flange_tool[3], T_flange_tool[7], d6 + T_flange_tool[11]
-        # vector from the wrist centre to the tool's tip
+        # vector from the wrist centre to the tip of the tool
         rx, ry, rz = tz * (c1 * e - s1 * y), tz * (s1 * e + c1 * y), tz * (c23 * c5 - s23 * x)
         if tx or ty:  # the tip is not on the axis of joint 6
             c6, s6 = cos(q6), sin(q6)

@@ -190,8 +190,8 @@ def _end(tree: Tree, link: str) -> str:
 
 
 def _rank(link: str, names: Sequence[str]) -> int:
-    """Return the position of a link's name in `names` (0: the most usual name), ignoring a prefix; len(names) if it is
-    not there.
+    """Return the index of a link's name in `names` (0: the most usual name), ignoring a prefix. Return len(names) if
+    the name is not in the list.
     """
     return next(
         (i for i, name in enumerate(names) if link == name or link.endswith((f"_{name}", f"/{name}"))), len(names)
@@ -240,7 +240,7 @@ class Fingers(NamedTuple):
     """The fingers of a hand.
 
     `travels`: the travel of each joint, by the joint's name. `width`: how much farther apart the fingertips are when
-    the hand is open [m], 0 if unknown. `tips`: the links at the ends of the fingers.
+    the hand is open than when it is closed [m]; 0 if unknown. `tips`: the links at the ends of the fingers.
     """
 
     travels: Mapping[str, Travel]

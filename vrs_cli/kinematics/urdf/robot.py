@@ -1,5 +1,5 @@
-"""Make a robot model from a URDF file: from the chain of joints between a base link and a tip link, and from default
-values where the file has none.
+"""Make a robot model from a URDF file: from the chain of joints between a base link and a tip link. Default values are
+used where the file has no value.
 
 The model gets the joints with their origins, axes and limits, the masses of the links, and their shapes: boxes,
 cylinders, spheres and mesh files. The reader ignores transmissions, and downloads no files. Units are metres, radians,
@@ -288,8 +288,8 @@ FAR = 2 * pi / 3  # [rad] maximum distance of a tried joint value from the origi
 # number of poses to begin with, of the best of these that are improved, and of sweeps over all joints
 STARTS, TRIED, SWEEPS = 150, 3, 3
 
-# weights in `_Wanted.worth`: a pose is better if few joints are turned, and by small angles, and if the tool points
-# down, is in front of the arm, and the arm is high up
+# weights in `_Wanted.worth`: a pose is better if few joints are turned, if their angles are small, if the tool points
+# down and is in front of the arm, and if the arm is high up
 TURNED, TURNS = 0.05, 0.03  # cost of each turned joint, and of each half turn of a joint
 DOWN, AHEAD, HIGH = 0.25, 0.1, 0.1
 # a tool points straight down if Z of its direction is smaller; the cost of turning it down must be smaller

@@ -76,7 +76,7 @@ OVER = 1e-9  # [rad, m] a step that leaves the box by less than this counts as i
 
 
 class Found(NamedTuple):
-    """The results of searches: joints (N, n), NaN if a search failed, and their rotation errors (N,) [rad]."""
+    """The results of searches: joints (N, n), which are NaN if a search failed, and rotation errors (N,) [rad]."""
 
     joints: Floats
     turned: Floats
@@ -315,8 +315,8 @@ def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: F
 
 
 def _over(step: Floats, low: Floats, high: Floats) -> Floats:
-    """Return for each step (..., n) the greatest distance by which a component leaves the box (...);
-    negative inside.
+    """Return for each step (..., n) the greatest distance by which a component leaves the box (...). The distance is
+    negative if the step is inside the box.
     """
     return np.asarray(np.maximum(step - high, low - step).max(axis=-1))
 
@@ -394,7 +394,8 @@ class SteadyGaps(NamedTuple):
 
 class SteadyContinuation:
     """Proves for one arm and one position of the tip in the flange's frame that joints are continuous between samples.
-    `sure` is 0: for no distance of start joints is Newton's method certain to converge, so callers check each start.
+    `sure` is 0: Newton's method is not certain to converge even from close start joints, so callers check the joints
+    from which it starts.
     """
 
     sure = 0.0

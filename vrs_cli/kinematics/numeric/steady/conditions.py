@@ -191,8 +191,8 @@ class Way:
 
     @property
     def freedom(self) -> float:
-        """Return how well the joints move the tip, times how well they turn the tool while the tip is at rest: the
-        square root of |det K| for an orientation that is reached exactly.
+        """Return how well the joints move the tip, times how well they turn the tool while the tip is at rest. The
+        product is the square root of |det K|, computed as if the orientation were reached exactly.
         """
         bend = self.at.turn @ np.swapaxes(self.at.turn, 1, 2)  # the value of `bend` if the rotation error is 0
         table = self.conditions.system(self.at, bend)
