@@ -74,7 +74,7 @@ class Workspace:
             self._inspectors.pop(gone, None)
 
     def document(self, uri: str) -> Document:
-        """Return the document at an address. Each version of a text is parsed only once. Raises KeyError if the address
+        """Return the document at an address. Each version of a file is parsed only once. Raises KeyError if the address
         is unknown."""
         known, text = self._documents.get(uri), self._texts[uri]
         if known is None or known.text != text:

@@ -510,7 +510,7 @@ def has_program(text: str) -> bool:
 
 
 def _prevails(text: str, likely: int, sure: int) -> bool:
-    """Return whether enough lines of a text are in another language: at least as many as there are VAL-II motions, and
+    """Return whether enough lines of a file are in another language: at least as many as there are VAL-II motions, and
     unless some are `sure`, at least MIN_LIKELY_PART of all steps. `likely`, `sure`: how many lines are probably, or
     certainly, in the other language (see Maker)."""
     if len(re.findall(_OURS, text)) > likely + sure:

@@ -262,7 +262,7 @@ _STATEMENTS: Mapping[type, Callable[[Any], str]] = {
 
 
 def expression_text(expression: Expression) -> str:
-    """Return an expression as text, with the parentheses of its source and those that operator precedence requires."""
+    """Return an expression as text, with the parentheses of its source and any that operator precedence requires."""
     return _EXPRESSIONS[type(expression)](expression)
 
 

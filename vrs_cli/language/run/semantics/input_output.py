@@ -234,7 +234,7 @@ def _fopen(
 
 def _record(line: str, kinds: list[Kind]) -> list[Value]:
     """Return the values in a line that was read for READ, one for each kind. If the last kind is a string, its value is
-    the whole rest of the line; otherwise the rest is ignored.
+    the whole rest of the line; otherwise the rest of the line is ignored.
 
     Raises InvalidNumber for a missing or wrong number, StringOverflow for a string that is too long to store.
     """
