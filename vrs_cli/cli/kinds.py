@@ -204,7 +204,7 @@ def idle_time(text: str) -> float:
 
 
 def _read(parse: Callable[[str], T], text: str) -> T:
-    """Return the value that `parse` reads from the text. If `parse` raises a VrsError, raise an ArgumentTypeError
+    """Return the value that `parse` reads from the string. If `parse` raises a VrsError, raise an ArgumentTypeError
     instead."""
     try:
         return parse(text)

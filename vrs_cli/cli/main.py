@@ -88,8 +88,8 @@ def _prepare_streams() -> None:
 
 
 def _choose(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
-    """Return the subcommand, its name in messages, and its arguments. Without a subcommand, all options are options of
-    the shell."""
+    """Return the subcommand, its name in messages, and its arguments. If there is no subcommand, all options are
+    options of the shell."""
     if not arguments or arguments[0].startswith("-"):
         return "shell", "vrs", arguments
     name = arguments[0]

@@ -77,8 +77,8 @@ def serve(options: Namespace) -> int:
 
 
 def _take_class(options: Namespace) -> ClassFolder | None:
-    """Set the options that --class implies: its tokens, its folders, and the page. Return the class folder; None
-    without --class. Raises CommandLineError."""
+    """Set the options that --class implies: its tokens, its folders, and the page. Return the class folder; None if
+    --class is not given. Raises CommandLineError."""
     if options.class_folder is None:
         return None
 

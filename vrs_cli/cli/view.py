@@ -179,7 +179,7 @@ def tell_page(options: Namespace, address: str) -> None:
 
 
 def _open_browser(address: str) -> None:
-    """Open the page in a browser. Do nothing if there is none, because the address was printed."""
+    """Open the page in a browser. If there is no browser, do nothing, because the address was printed."""
     with suppress(webbrowser.Error):
         webbrowser.open(address)
 

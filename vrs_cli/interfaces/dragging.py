@@ -184,8 +184,8 @@ class Pursuit:
 
     @property
     def _way(self) -> Configuration:
-        """The configuration for the next goal: arm and elbow (RIGHTY, ABOVE ...) as at the start, the wrist (FLIP or
-        NOFLIP) of the last goal."""
+        """The configuration for the next goal: the arm and the elbow (RIGHTY, ABOVE ...) are as at the start, the wrist
+        (FLIP or NOFLIP) is as at the last goal."""
         return Configuration.of(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
 
     def _joints_there(self, pose: Transform) -> Joints | None:
@@ -211,7 +211,7 @@ class Pursuit:
         return self._search.go_on(aim, now) if not self._finds_all and self._stalled > STALLS_BEFORE_SEARCH else None
 
     def _found_again(self, aim: Aim) -> Joints | None:
-        """Return the joints found earlier by a search, moved to the current target; None if there are none."""
+        """Return the joints found earlier by a search, moved to the current target; None if no search has found any."""
         if self._elsewhere is not None:
             q = aim.nearest(self.range.put(self._elsewhere), *self.range).joints
             self._elsewhere = q if aim.miss(q).within(*MISS_TOLERANCE) else None

@@ -244,8 +244,8 @@ def _warn_of_steps(analysis: Analysis) -> Iterator[Diagnostic]:
 
 
 def _constants(model: RobotModel) -> Constants:
-    """Return an evaluator of constant expressions. It has a robot of its own, because evaluating may change
-    settings."""
+    """Return an evaluator of constant expressions. The evaluator has its own robot, because evaluating an expression
+    may change settings."""
     robot = _Robot(model)
     context = memory.Context(Environment(units=model.units), cast("Engine", robot))
     return Constants(context, robot.perform)
@@ -338,8 +338,8 @@ def _place_of_numbers(place: ast.Call, joint_count: int) -> transform.Transform 
 
 
 def _refusal(way: _Way, environment: Environment, robot: _Robot) -> MotionError | IllegalValue | None:
-    """Return why no configuration of the arm reaches the location of a motion; None if one does, or if the value of the
-    location is unknown."""
+    """Return why no configuration of the arm reaches the location of a motion; None if a configuration reaches it, or
+    if the value of the location is unknown."""
     target, distance, count = way.target, way.distance, robot.model.joint_count
     place = _value(environment, target) if isinstance(target, ast.Variable) else _place_of_numbers(target, count)
     try:

@@ -123,7 +123,7 @@ Notice = Granted | Requested | Lost
 
 
 def notice_text(notice: Notice | None, user: str) -> str:
-    """Return the text of a notice for a user; empty if the notice only reports which user drives."""
+    """Return the text of a notice for a user; the text is empty if the notice only reports which user drives."""
     match notice:
         case Requested(of, by) if of == user:
             return f"{by} would like to drive"

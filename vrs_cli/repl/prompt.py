@@ -97,7 +97,7 @@ MIN_MESSAGE_COLUMNS = 12  # minimum width for a message [columns]; with less roo
 def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") -> str:
     """Return the text of the toolbar: as many parts of the robot's state as fit into `width` columns, the most useful
     first, then the `last` message. Without a status, the text says that the robot is being prepared. `mode`: the mode
-    of vi keys."""
+    of the vi key bindings."""
     if status is None:
         return " one moment: the robot is being made ready"[:width]
     from vrs_cli.render.blocks import shorten
@@ -114,7 +114,7 @@ def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") 
 
 
 def vi_mode(app: Application[Any]) -> str:
-    """Return the mode of vi keys, such as INSERT or NORMAL; "" with emacs keys."""
+    """Return the mode of the vi key bindings, such as INSERT or NORMAL; "" if emacs key bindings are in use."""
     if app.editing_mode is not EditingMode.VI:
         return ""
     mode = app.vi_state.input_mode

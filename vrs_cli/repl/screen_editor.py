@@ -82,7 +82,7 @@ class Underlined(Processor):
 
 
 class ScreenEditor:
-    """The full-screen editor for one program. `vi`: whether to use the keys of vi."""
+    """The full-screen editor for one program. `vi`: whether to use vi key bindings."""
 
     def __init__(
         self, question: questions.Editing, screens: FrontEnd, palette: Palette = COLOURS, *, vi: bool = False

@@ -148,8 +148,8 @@ class ShellTerminal:
             self.type(WANTED, True)
 
     def _on_screen(self, question: questions.OnScreen) -> bool | None:
-        """Show a full screen until the user leaves it; return None if this terminal cannot. Messages that arrive while
-        the editor is open are shown after it."""
+        """Show a full screen until the user leaves it; return None if this terminal cannot show it. Messages that
+        arrive while the editor is open are shown after it."""
         from prompt_toolkit.utils import is_dumb_terminal
 
         from vrs_cli.repl.player import play, show_motion

@@ -202,8 +202,8 @@ class Answer(ClientMessage, frozen=True):
 
 
 class Complete(Request, frozen=True):
-    """Request the possible continuations of a text. `everything`: list the choices even where no word has been started.
-    The answer is `completed`."""
+    """Request the possible continuations of the typed text. `everything`: list the choices even where no word has been
+    started. The answer is `completed`."""
 
     text: Text
     everything: bool = False

@@ -239,8 +239,8 @@ def read_header(line: str) -> ast.ProgramHeader | diagnostics.Diagnostic:
 
 
 def read_step(text: str, line: int, dialect: diagnostics.Dialect) -> tuple[ast.Step, diagnostics.Diagnostic | None]:
-    """Return the step in a line, and None; for a line that cannot be parsed, a step with a BadLine, and the mistake.
-    Raises nothing."""
+    """Return the step in a line, and None. For a line that cannot be parsed, return a step with a BadLine, and the
+    mistake. Raises no error."""
     try:
         return parser.parse_step(text, line, dialect), None
     except diagnostics.LineRefused as refused:

@@ -236,8 +236,8 @@ class Editor:
         )
 
     def mistake(self, line: str) -> diagnostics.Diagnostic | None:
-        """Return the mistake in an instruction that is still being typed; None if there is none, and for a
-        sub-command."""
+        """Return the mistake in an instruction that is still being typed; None if there is no mistake, or if the line
+        is a sub-command."""
         if not line.strip() or subcommand(line) is not None:
             return None
         return self.buffer.mistake(line, self._station.environment.kinds)

@@ -118,8 +118,8 @@ class LocalPort:
         self.console.outlets.append(outlet)
 
     def take(self, inbox: feed.Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
-        """Return the next message in an inbox, and run the robot until there is one. With `seconds`: only carry out the
-        events due now (which may take longer than that), and return None if there is still no message."""
+        """Return the next message in an inbox, and run the robot until there is one. If `seconds` is given, only carry
+        out the events due now (which may take longer than that), and return None if there is still no message."""
         if seconds is not None and not inbox:
             self._do_what_is_due()
         while seconds is None and not inbox:

@@ -269,7 +269,7 @@ def _task(track: Track) -> acts.TaskRow:
 
 class _Row(NamedTuple):
     """A row of the table of acts. `said`: the name of the act in messages; `role`: the role that it needs; `do`:
-    returns the result of the act, or a dialogue that does."""
+    returns the result of the act, or a dialogue that returns it."""
 
     said: str
     role: Role

@@ -132,7 +132,7 @@ class Station:
         self.pulled = hand.DragState()  # which user drags the tool, and how far it is from its target
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = store.Layout()
-        # folder for the files of programs that begin now; None: `folder`
+        # folder for the files of programs that begin now; None: use `folder`
         self._given: opening.Folder | None = None
         self.home = folder  # CD without an argument returns to this folder; CD cannot leave it if it is closed
         # starts to write a log of the session to a file (None: stops), and returns the previous file; raises FileError
