@@ -609,8 +609,8 @@ class RapidTranslator:
         self.say(f"TPWrite {shown};")
 
     def _call_text(self, called: ast.Expression | None) -> str:
-        """Return the call of a program in the file; first write the statements that prepare its arguments. Raises
-        NoCounterpart."""
+        """Return the text that calls a program defined in the file, after writing the statements that prepare the
+        arguments. Raises NoCounterpart."""
         callee = next((one.program for one in self.programs if one.program.key == getattr(called, "key", None)), None)
         if not isinstance(called, ast.ProgramCall) or callee is None:
             raise NoCounterpart("CALL of a program that is not in the file")

@@ -173,7 +173,7 @@ class Learner:
         front_end.opening, front_end.taken, front_end.kept_up = begin, self.look, self._look_again
 
     def join(self, prompt: LessonPrompt) -> None:
-        """Start the lesson at a prompt; its owner must call `look` after each finished line."""
+        """Start the lesson at a prompt. The code that runs the prompt must call `look` after each line has finished."""
         self._front_end = prompt
         self._begin()
 

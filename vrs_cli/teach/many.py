@@ -351,7 +351,7 @@ def _cores(client: Any) -> int:
         raise ClusterError("the scheduler has no workers", "dask worker ADDRESS starts one") from None
     try:
         versions = client.run(_version)
-    except Exception as error:  # catch everything, because a worker without vrs may raise any exception
+    except Exception as error:  # catch everything: without vrs installed, a worker may raise any exception
         raise ClusterError(f"a worker has no vrs: {error}", "install the same vrs on all machines") from None
     for worker, other in ((worker, one) for worker, one in versions.items() if one != __version__):
         raise ClusterError(f"the worker {worker} has vrs {other}, and this is {__version__}", "install the same on all")

@@ -167,8 +167,9 @@ class ExpressionCompiler:
         return reference
 
     def _fields(self, variable: ast.Variable) -> tuple[py.expr, ...]:
-        """Return the code of the fields of a Reference to a variable or a whole array: the cells (stored values) of
-        reals, or of its only kind; the cells of locations; the key."""
+        """Return the code for the three fields of a Reference to a variable or a whole array: (1) the cells (stored
+        values) for reals, or for the variable's kind if only one is possible; (2) the cells for locations, if it may
+        hold either; (3) the key under which the value is stored."""
         self.spelling.setdefault(variable.key, variable.sigil + variable.name)
         kind = SIGIL_KINDS.get(variable.sigil)
         cells = self._cells(variable, kind or Kind.REAL)

@@ -402,7 +402,7 @@ class Lexer:
             self.tokens[-1].type = "RGROUP"
 
     def _task(self) -> None:
-        """Read the task number in EXECUTE 2 pick, and add the tokens of a group, as if it were in parentheses."""
+        """Read a task number without parentheses, as in EXECUTE 2 pick, and emit the tokens of EXECUTE (2) pick."""
         if (qualifier := re.compile(r"[ \t]*(/[A-Za-z])\b").match(self._text, self._at)) is not None:
             raise self._refusal(
                 NotAvailable,

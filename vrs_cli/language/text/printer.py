@@ -195,8 +195,8 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
 
 
 def _operand_parts(own: list[Expression | None], row: Word, plain: int) -> Iterator[str]:
-    """Yield the arguments before `=`: first the group in parentheses, then those between commas (up to index `plain`),
-    then those with a leading word."""
+    """Yield the arguments before `=`: first the parenthesized arguments, then the comma-separated ones (up to index
+    `plain`), then the ones introduced by a keyword."""
     grouped = ast.trim(own[: row.group_size])
     if row.comma:
         before, after = own[: row.before_comma], own[row.before_comma :]

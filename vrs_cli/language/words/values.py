@@ -140,7 +140,7 @@ def leading_number(text: str) -> tuple[float, int] | None:
 
 
 def read_number(text: str) -> float | None:
-    """Return the number that a string consists of, apart from blanks around it; None for any other string."""
+    """Parse a string as a number, ignoring surrounding blanks. Return None if it is anything else."""
     stripped = text.strip()
     found = leading_number(stripped)
     return found[0] if found is not None and found[1] == len(stripped) else None
