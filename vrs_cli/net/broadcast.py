@@ -139,13 +139,13 @@ class Channel:
     def __init__(self, viewer: Viewer) -> None:
         self.viewer, self.round = viewer, Round()
         self.sample: Letter | None = None
-        # times from which on a change replaced the timeline, and until when samples mention each [s]
+        # for each recent change: from what time on it changed the timeline, and until when samples carry this time [s]
         self._wrong: list[tuple[float, float]] = []
 
     def change(self, cut: float, applied: float) -> None:
-        """Record that samples for times after `cut`, from which on a change replaces the timeline, were wrong. All
-        later samples mention this time while a viewer may still show a wrong sample, so a listener that misses some
-        samples learns about it too."""
+        """Record that the timeline changed from `cut` on, so samples already sent for later times are wrong. As long
+        as a viewer may still show one, every new sample carries this time, so listeners that miss some samples also
+        learn of the change. `applied`: when the change was made, by the robot's clock [s]."""
         if cut < applied + self.viewer.ahead:
             self._wrong.append((cut, applied + self.viewer.ahead))
 

@@ -105,8 +105,9 @@ class Known(Struct, frozen=True):
 
 
 class CourseComputer:
-    """Computes the course and the contacts of a timeline step by step. Pure; use it in one thread at a time. `now`:
-    returns the robot's clock [s]. `looks`: whether to search for contacts too, if MuJoCo is installed."""
+    """Computes, step by step, the course of a timeline (the states of the world's parts and sensors over time) and the
+    contacts between bodies. Use it in one thread at a time. `now`: a function that returns the robot's clock [s].
+    `looks`: whether to search for contacts too; the search needs MuJoCo."""
 
     def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
         self._world, self._now = world, now

@@ -1,7 +1,7 @@
 """The client's side of a served robot, without sockets: a mirror (a local copy) of the robot, its clock, and the open
-requests. Each command is sent at most once, and only by order of its user. If the connection is cut while a command is
-on its way, the user learns later whether the robot executed or never received it. Only the user may send it again. The
-clock is an argument."""
+requests. Each command is sent at most once, and never without the user's request. If the connection is cut while a
+command is on its way, the user learns later whether the robot executed or never received it. Only the user may send it
+again. The clock is passed in as an argument."""
 
 from __future__ import annotations
 
@@ -382,7 +382,7 @@ class FarEnd:
         self._resyncs = lost
 
     def _set_clock(self, clock: messages.Clock) -> None:
-        """Take a reading of the robot's clock, and add the time since it was sent."""
+        """Set the local estimate of the robot's clock from a received reading, plus the time since it was sent."""
         self._clock = clock
         if self.mirror is None:
             return

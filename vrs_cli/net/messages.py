@@ -445,7 +445,8 @@ class Contacts(ServerMessage, frozen=True):
 
 
 class Missed(ServerMessage, frozen=True):
-    """The client was too slow: the server left out `count` changes. A `replaced` follows."""
+    """The client was too slow: the server left out `count` changes. A `replaced` message with the whole state
+    follows."""
 
     count: Count
 

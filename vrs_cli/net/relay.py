@@ -91,8 +91,8 @@ class LookAhead(ClientMessage, frozen=True, tag="ahead"):
 
 class RelayedConnection(ClientConnection):
     """The relay's end of the connection to a robot. The page sends the requests; this end reads the robot's messages,
-    and sends only its own pings and requests for snapshots. `cell`: the cell around a robot whose server has none.
-    `passed`: the last frame as the page gets it; None: not for the page, because it answers a ping of the relay.
+    and sends only its own pings and requests for snapshots. `cell`: the cell to show if the robot's server supplies
+    none. `passed`: the last frame, as forwarded to the page; None if it was a reply to the relay's own ping.
     `surrounded`: whether `cell` is used.
     """
 
@@ -222,7 +222,7 @@ class RelayedEnd(FarEnd):
         return now
 
 
-MAX_REMEMBERED = 20  # maximum number of cut page connections that can be resumed
+MAX_REMEMBERED = 20  # maximum number of dropped connections from web pages that are remembered so they can resume
 MAX_MESH_BYTES = 100_000_000
 SHORTEST_PAUSE, LONGEST_PAUSE = 0.02, 0.5  # [s] minimum and maximum time between two checks for pending work
 
@@ -240,8 +240,8 @@ class Relay:
     """A relay of connections to `robot` at `url`.
 
     `token`, `name`: sent to the robot's server. `secret`: sent by pages instead of the token. `window`: length of the
-    past to request [s]; None: as the page requests. `cell`: the cell around a robot whose server has none; its parts
-    are computed from the start of the timeline.
+    past to request [s]; None: as the page requests. `cell`: the cell to show if the robot's server supplies none; the
+    states of its parts are computed from the start of the timeline.
     """
 
     def __init__(

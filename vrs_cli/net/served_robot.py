@@ -327,7 +327,8 @@ class ServedRobot:
             if taken.has_torn_line:
                 self._tell(f"{path}: its last line was not written to its end, and is left out")
             self._journal = keep_journal(taken, engine, self._lost, together=True, reach=self.plan.reach)
-            engine.measured.listeners.remove(self._journal.add_reports)  # reports do not arrive in the robot's thread
+            # Reports arrive in another thread, but only the robot's thread may write the journal: collect them for it.
+            engine.measured.listeners.remove(self._journal.add_reports)
             engine.measured.listeners.append(self._unwritten.extend)
             try:
                 if (measured_until := engine.measured.view.end) is not None:

@@ -101,8 +101,8 @@ class SocketPort:
     """A port to a served robot for one user. Any thread may call any method.
 
     The constructor opens the connection. Raises RequestRefused if no robot answers, or the error that the server sent.
-    `window`: length of the past that is kept once the timeline is followed [s]. While the connection is cut, requests
-    are refused at once. `close` leaves the robot; so does dropping the last reference to the port.
+    `window`: how much of the past timeline is kept [s], once the port follows the timeline. While the connection is
+    cut, requests are refused immediately. `close` leaves the robot; so does dropping the last reference to the port.
     """
 
     def __init__(self, client: Client, window: float = PAST) -> None:

@@ -248,8 +248,9 @@ class PointMasses(NamedTuple):
 
 
 def solid_of_link(model: RobotModel, link: int) -> UnitSolid | None:
-    """Return the centre and inertia of a link of one kilogram, from all its shapes with the hand closed; None if it has
-    no readable shape. Volumes in which shapes overlap count twice."""
+    """Return the centre of mass and the inertia of a link, computed from all its shapes as if it weighed 1 kg. The
+    hand's shapes are taken in the closed position. Return None if the link has no readable shape. Volumes in which
+    shapes overlap count twice."""
     parts = list[PointMasses]()
     for shape in shapes_of(model):
         if shape.link == link:
