@@ -233,7 +233,7 @@ class Unit(Struct, eq=False):
 
     def read(self, record: Callable[[StringIO], str]) -> str:
         """Read a record of the open file with the function `record`. Raises FileNotOpened, FileError if the file is
-        open to be written, EndOfInput.
+        open for writing, EndOfInput.
         """
         self.check_open()
         if not isinstance(self.file, StringIO):
@@ -243,7 +243,7 @@ class Unit(Struct, eq=False):
         return text
 
     def write(self, text: str) -> None:
-        """Write a string to the open file. Raises FileNotOpened, FileError if the file is open to be read, OSError."""
+        """Write a string to the open file. Raises FileNotOpened, FileError if the file is open for reading, OSError."""
         self.check_open()
         if not isinstance(self.file, NewFile):
             raise errors.FileError("the file is open to be read", "FOPENW and FOPENA open one to be written")

@@ -373,8 +373,8 @@ def frame_names(model: RobotModel) -> list[str]:
 
 
 def _frame_poses(model: RobotModel, timeline: Timeline, here: PositionArrays) -> Iterator[Floats]:
-    """Yield for each frame but the first its poses in the previous frame at N times: x, y, z [m] and a quaternion (N,
-    7).
+    """For each frame except the first, yield its poses relative to the previous frame at N times: x, y, z [m] and a
+    quaternion; shape (N, 7).
     """
     frames, numbers = frames_over(timeline, here.times)
     ends = ((compose(inverse(one.base), model.base), one.tool) for one in frames)

@@ -175,8 +175,8 @@ def read_signals(path: str) -> Inputs:
 
 
 def parse_signals(text: str, path: str = "signals", form: str = FORM) -> Inputs:
-    """Read changes of input signals from the content of a file. `form`: the correct form of a line, for errors. Raises
-    FileDamaged that lists every wrong line.
+    """Read changes of input signals from the content of a file. `form`: the expected format of a line, shown in
+    error messages. Raises a FileDamaged error that lists every wrong line.
     """
     changes, wrong = list[InputChange](), list[str]()
     for number, line in enumerate(text.splitlines(), 1):

@@ -133,8 +133,10 @@ class RobotArm:
         self.turning = tuple(link.kind is JointKind.REVOLUTE for link in model.links)
 
     @cached_property
-    def forward(self) -> Callable[[Joints], Transform]:  # a function in an attribute is faster than a method
-        """Return a function that computes T_base_flange from joints."""
+    def forward(self) -> Callable[[Joints], Transform]:
+        """Return a function that computes T_base_flange from joints. This is not a method, because calling a function
+        stored in an attribute is faster than calling a method.
+        """
         return cast(Callable[[Joints], Transform], self._formulas.forward)
 
     @cached_property
@@ -208,7 +210,7 @@ class RobotArm:
         """Return the joints that reach T in one configuration, ignoring the limits; whole turns are added to each joint
         to bring it nearest to `near`.
 
-        None if the pose is out of reach. At a singular wrist joint 4 keeps its value in `near`.
+        If the wrist is singular, joint 4 keeps the value it has in `near`. Returns None if the pose is out of reach.
         """
         raise NotImplementedError
 
@@ -498,16 +500,16 @@ class RobotArm:
     def joint_velocity(
         self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
     ) -> Joints:
-        """Return the joint rates [rad/s] that give the tool this twist. Raises StraightLineSingular with the name of
-        the singularity.
+        """Return the joint rates [rad/s] that give the tool the twist `twist`. Raises StraightLineSingular with the
+        name of the singularity.
 
-        `demands`: weights of sums of joints, and the required rates of these sums, for a redundant arm.
+        `demands` (redundant arms): weighted sums of the joint rates, each given by its weights and its required value.
         """
         return self._rates(q, self.jacobian(q, T_flange_tool), twist, demands)
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist, demands: Demands) -> Joints:  # noqa: ARG002 (NumericArm uses it)
-        """Solve the Jacobian for joint rates that give the tool this twist, and return them. If `twist` is the result
-        of `beyond`, the solution is a higher derivative of the joints.
+        """Solve the Jacobian for joint rates that give the tool the twist `twist`, and return them. If `twist` is the
+        result of `beyond`, the solution is a higher derivative of the joints.
         """
         return self._solve_rates(q, *self.rows_that_count(q, J, twist))
 

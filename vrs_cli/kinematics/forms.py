@@ -101,7 +101,7 @@ def _spherical_shoulder(model: RobotModel) -> RobotArm | None:
     return SphericalShoulderArm(model, way.chain.links)
 
 
-TOOLS = 4  # number of tools for which the pose in the frame of the inner arm's flange is cached
+TOOLS = 4  # size of the cache of tool poses, each relative to the flange of the wrapped arm
 
 
 class Canonical(Struct, frozen=True):

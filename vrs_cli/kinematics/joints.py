@@ -141,7 +141,7 @@ def largest_change(a: Joints, b: Joints) -> float:
 
 Twist = tuple[float, float, float, float, float, float]
 Jacobian = tuple[Joints, Joints, Joints, Joints, Joints, Joints]  # six rows (vx, vy, vz, wx, wy, wz) of n numbers
-# for a redundant arm: weights of a sum of all joints, and its required value
+# linear constraints for a redundant arm: for each, the weights of all joints and the required value of the weighted sum
 Demands = tuple[tuple[Joints, float], ...]
 
 MAX_RATE_ERROR = 1e-5  # maximum relative error of the joint rates that is accepted while a straight line is planned

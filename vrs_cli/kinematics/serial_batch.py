@@ -188,7 +188,9 @@ class SerialBatch:
         return np.where(self.turning, q + TURN * np.rint((near - q) / TURN), q)
 
     def in_task(self, T: Floats) -> Flags:
-        """Return for each pose whether `Unchanging.allows` it (N,)."""
+        """Return, for each of N poses, whether the arm can have this pose at all, because some coordinates of its tool
+        never change (see `Unchanging.allows`).
+        """
         places, approach = self.unchanging.places, self.unchanging.approach
         within = np.ones(len(T), dtype=np.bool_)
         for way, value in places:

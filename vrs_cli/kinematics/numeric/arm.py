@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.batch import Continuation, NumericBatch
 
 
-# total weights of the gradient (summed over all steps of a walk) that are tried one after the other
+# weights of the gradient that are tried one after the other: how far a walk moves the joints along the gradient that
+# pulls them towards the middles of their ranges, in total over all its steps
 PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)
 # fraction of a joint's range: a joint path (walk) that stays at least this far from every joint limit is accepted
 # immediately
@@ -185,7 +186,9 @@ class NumericArm(RobotArm):
         return self._walk(begin, poses, asked, PARTS[0])
 
     def _walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked, part: float) -> Walk:
-        """Return the walk (small steps along the poses) with this total weight of the gradient."""
+        """Return the walk (small steps along the poses). `part`: the weight of the gradient in the whole walk, one of
+        `PARTS`.
+        """
         q, margin, total, steps = begin, 1.0, list[Joints](), len(poses) - 1
         axes = [_axis(joint, len(q)) for joint, _ in asked]
         others = [i for i in self.still_joints if i not in dict(asked)]

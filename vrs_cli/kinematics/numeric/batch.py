@@ -188,8 +188,8 @@ class NumericBatch(SerialBatch):
         return np.concatenate((J[:, :3], turned), axis=1)[:, self.counts]
 
     def _missing(self, have: Floats, T: Floats) -> Floats:
-        """Return the displacement and the rotation vector from poses `have` of the flange to poses T (N,
-        6) [m, rad].
+        """Return the displacements and rotation vectors that take the flange poses `have` to the poses T, as an array
+        of shape (N, 6) [m, rad].
         """
         if self.model.task is ArmTask.POINTING:
             a, b = have[..., 2], T[..., 2]

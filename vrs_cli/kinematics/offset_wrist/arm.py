@@ -218,7 +218,8 @@ class OffsetWristArm(FormulaArm):
             along = c6 * tx - s6 * ty
             x, y, z = x + c5 * along, y + s5 * along, -s6 * tx - c6 * ty
         ro, ru = c * x + s * z, s * x - c * z
-        # signs from out x across = -up, across x up = -out, up x out = -across
+        # the signs follow from the cross products of the axes: out x across = -up, across x up = -out, up x out =
+        # -across
         vo = c1 * vx + s1 * vy - (wz * y - across * ru)
         va = s1 * vx - c1 * vy - (out * ru - wz * ro)
         vu = vz - (across * ro - out * y)

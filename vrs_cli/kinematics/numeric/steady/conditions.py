@@ -256,7 +256,8 @@ PARTS = 0.5 - 0.5 * np.cos(np.linspace(0.02, pi - 0.02, DIRECTIONS))
 # links
 BEYOND = 0.02
 OUTSIDE = 8.0  # [rad/rad] weight of the angles by which joints are outside their ranges, relative to the rotation error
-# [rad] an entry is not used as a start if its rotation error exceeds that of the best entry by more than this
+# [rad] a table entry is not used as the starting point of a search if its rotation error exceeds the smallest by more
+# than this
 WORSE = 0.5
 MAX_STARTS = 16
 
@@ -320,9 +321,9 @@ class PlanarStarts:
         if far < 1e-6:  # [m] the tip counts as on axis 1 below this distance
             return None
         part = (self.beside + self.normal @ (self.shoulder - self.point - self.axis * (self.axis @ out))) / far
-        # for which angles of the last joint (rolls,) joint 1 has a solution
+        # for each angle of the last joint: whether joint 1 has a solution; shape (rolls,)
         reached = np.abs(part) * far < far + self.slack
-        # two solutions of joint 1 for each (rolls, 2)
+        # the two solutions of joint 1 for each angle of the last joint; shape (rolls, 2)
         q1 = np.arctan2(b, a) + np.arccos(np.clip(part, -1.0, 1.0))[:, None] * (1.0, -1.0)
         turned_back = np.cos(q1)[..., None] * outward - np.sin(q1)[..., None] * sideways
         place = (turned_back + self.axis * (self.axis @ out) + self.point - self.shoulder) @ self.plane
