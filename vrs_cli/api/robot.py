@@ -282,8 +282,8 @@ class Robot:
         return self
 
     def wait(self) -> Robot:
-        """Wait until the robot is at rest; virtual time advances at once. A stream of `steer` ends at its last target,
-        a stream of `drag` as near to its last target as the tool can come.
+        """Wait until the robot is at rest; in virtual time this returns immediately. Targets streamed with `steer` end
+        exactly at the last one; with `drag`, as near to it as the tool can get.
         """
         self._streams.arrive(self._robot)
         self._robot.wait()

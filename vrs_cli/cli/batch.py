@@ -186,8 +186,8 @@ class Batch(Struct, frozen=True):
     def _execute(
         self, station: Station, progress: RunProgress, stop: interrupt.Stoppable, guard: system_limits.MemoryGuard
     ) -> tuple[RunResult, bool]:
-        """Execute a program. Return its result, and whether the file of --save is complete. If a single step reaches a
-        limit (such as memory), the program ends as well."""
+        """Execute a program. Return its result, and whether the file written by `--save` is complete. The program also
+        ends if a single step exceeds a limit, such as memory."""
         program, engine = self._program(station), station.engine
         engine.clock.set(0.0)
         durable = self.options.realtime is not None

@@ -57,7 +57,8 @@ def steer(options: Namespace) -> int:
 def _takes_address(options: Namespace) -> str | None:
     """Find the address of a served robot among the arguments, put it into `options.url`, and return it.
 
-    Raises CommandLineError for other arguments in its position, and for options that a served robot does not support.
+    Raises CommandLineError if another argument stands where the address belongs, or if an option is not supported by a
+    served robot.
     """
     if options.file.startswith(ADDRESSES):
         options.url, options.file = options.file, options.url or STANDARD_STREAM

@@ -92,8 +92,8 @@ class TargetControl(NamedTuple):
         return stream
 
     def _leave(self, stream: TargetStream, why: str = "") -> None:
-        """Stop following a stream. The arm makes the stop that was already planned in case targets stopped arriving.
-        `why`: the reason shown to the user."""
+        """Stop following a stream. The arm carries out the stop that is always planned in advance for the case that no
+        more targets arrive. `why`: the reason shown to the user."""
         session = self.session
         if session.stream is not stream:
             return

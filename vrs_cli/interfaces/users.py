@@ -45,8 +45,8 @@ def check_may(said: str, wanted: Role, role: Role) -> None:
 
 
 def may_all(said: str, wanted: Role) -> bool:
-    """Return whether users who do not drive may make a request, too: requests that only look at the robot, and requests
-    that stop it. `said`: the name of the request; `wanted`: the role that it needs."""
+    """Return whether users who do not drive may also make this request. They may make requests that only look at the
+    robot or stop it. `said`: the name of the request; `wanted`: the role that it needs."""
     return wanted is Role.OBSERVER or said in STOPPING
 
 
@@ -96,7 +96,7 @@ def _inner(statement: Statement) -> Statement:
     return statement.statement or statement if isinstance(statement, DoInstruction) else statement
 
 
-USUAL_LENGTH = 10.0  # [s] by default the lease is secure for this time after a heartbeat
+USUAL_LENGTH = 10.0  # [s] default time after a heartbeat during which no other user can take the lease
 
 
 class Granted(results.TaggedValue, frozen=True):
@@ -137,7 +137,8 @@ def notice_text(notice: Notice | None, user: str) -> str:
 class RobotLease(Struct, frozen=True):
     """The right to drive. `holder`: the user who drives; empty if nobody drives. `until` [s]: until this time nobody
     can take the lease from the holder; afterwards the holder keeps it until another user takes it. `asking`: the users
-    who have asked for the lease, in order. `length` [s]: how long the lease is secure after a heartbeat."""
+    who have asked for the lease, in order. `length` [s]: the time after a heartbeat during which no other user can take
+    the lease."""
 
     holder: str = ""
     until: float = 0.0

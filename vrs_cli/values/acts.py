@@ -432,7 +432,8 @@ class Attend(UserAct[None], frozen=True):
 
 
 class LeaveEntry(UserAct[None], frozen=True):
-    """Discard the program that is being typed. `why`: the reason shown to the user before the message."""
+    """Discard the program that is being typed. `why`: the reason, shown before the message that says which program is
+    discarded."""
 
     why: str = ""
 

@@ -67,7 +67,8 @@ class Checksums:
 
     @classmethod
     def after(cls, line: bytes) -> Checksums:
-        """Continue the checksums after this line. Raises RecordError if the line has no checksum."""
+        """Return the checksums for the lines that follow this line: they continue from the checksum that it states.
+        Raises RecordError if the line has no checksum."""
         if (said := _SAID.search(line.removesuffix(b"\n"))) is None:
             raise records.RecordError("a line without a checksum")
         return cls(int(said[1], 16))

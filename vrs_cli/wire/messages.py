@@ -210,7 +210,8 @@ class Complete(Request, frozen=True):
 
 
 class Check(Request, frozen=True):
-    """Request the first mistake in a line that has not been sent yet. The answer is `checked`."""
+    """Ask the robot to find the first mistake in a line that the user has not yet submitted. The answer is
+    `checked`."""
 
     text: Text
 

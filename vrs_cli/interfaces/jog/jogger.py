@@ -235,9 +235,9 @@ class Jogger:
     def _last_in_reach(
         self, pose: transform.Transform, axis: hand.Axis, increment: float, reached: float, near: joints.Joints
     ) -> tuple[joints.Joints, float]:
-        """Find by bisection how far the arm can move within a piece of a step whose start is in reach and whose end is
-        not. `increment`: the length of a piece; `reached`: the number of pieces in reach. Return the last joints in
-        reach, and the length up to them as a number of pieces."""
+        """Find by bisection the last reachable point of a step, which is divided into pieces of equal length.
+        `increment`: the length of a piece; `reached`: the number of pieces that are entirely in reach. Return the joint
+        positions at this point, and its distance from the start of the step as a number of pieces."""
         short = reached + 1.0
         for _ in range(HALVINGS):
             part = 0.5 * (reached + short)

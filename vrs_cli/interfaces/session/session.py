@@ -48,7 +48,8 @@ class Session(station.Station):
     # the books (records of changes) and timelines of main and of the current branch when the current line began
     _scheduled: Mapping[str, tuple[Book, Timeline]] = MappingProxyType({})
 
-    # readings of signals by programs that no longer hold and have been reported
+    # values of signals that programs have read and that a later change of the motion has made wrong, as far as the user
+    # has been warned of them
     told_untrue: tuple[results.Untrue, ...] = ()
 
     @property
@@ -124,7 +125,7 @@ class Session(station.Station):
         book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
         if book is not self.engine.book:
-            self.told_untrue = ()  # programs have read other signals on another branch
+            self.told_untrue = ()  # the user has moved to another branch; these warnings were about the previous one
         if book is None or before is None or book is not self.engine.book or book.timeline is before:
             return
         if (found := displacement(book, before)) is not None:

@@ -148,7 +148,8 @@ class RobotBody:
             return self._numbers.next
 
     def leave(self, name: str) -> bool:
-        """Record that a client no longer acts as the body. Return whether it has acted as the body until now."""
+        """Record that a client no longer acts as the body (the arm of the robot). Return whether it was the body before
+        this call."""
         with self._lock:
             if not name or self.name != name:
                 return False

@@ -213,7 +213,7 @@ class Unstored:
         return self._before is not None
 
     def begin_run(self) -> None:
-        """Record that a program begins to run: its changes of variables need not be stored."""
+        """Record that a program starts to run. The variables that it changes do not count as unsaved work."""
         self._look()
         self._environment.note_changes(None)
         self._before = self._environment.values()

@@ -167,8 +167,8 @@ class Station:
 
     @collector.pause_collector()
     def load_texts(self, texts: Sequence[tuple[str, str]]) -> tuple[loaded_file.LoadedFile, ...]:
-        """Store several files in memory that share a name space, each given by its text and its name (as in
-        `load_text`). Return their contents, in the order of the files. Raises ProgramInterlocked."""
+        """Load several files that share one namespace into memory. Each file is given by its text and its name (as in
+        `load_text`). Return the contents of the files, in the same order. Raises ProgramInterlocked."""
         read = [parser.parse_file(text, self.dialect, name=name, remembered=False) for text, name in texts]
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         programs: dict[str, ast.Program] = {}
@@ -407,8 +407,8 @@ class Station:
         self.settle()
 
     def _changes_by_program(self, begin: bool) -> None:
-        """Record that a running program begins (`begin`) or ceases to change variables: changes by a program need not
-        be stored."""
+        """Record that a running program starts (`begin`) or stops changing variables. Variables changed in between do
+        not count as unsaved work, because the program can compute them again."""
         if self.terminal.attended:
             self.unstored.begin_run() if begin else self.unstored.end_run()
 

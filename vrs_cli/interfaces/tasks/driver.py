@@ -124,7 +124,7 @@ class Driver:
         self._performer = performing.Performer(engine, environment, self.tasks, self._transcript, self.devices, advice)
         self._interrupted = False
         self._ended_by: LimitReached | None = None
-        self._runs: list[_Run] = []  # the run of a program, then that of a prompt line typed while the program runs
+        self._runs: list[_Run] = []  # the running program, then the run of a line typed at the prompt meanwhile, if any
         self.asking: set[int] = set()
         self.answers: Callable[[tasks.Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
         self.then: Callable[[tasks.Track], Callable[[results.RunResult], None] | None] = lambda _track: None
@@ -592,8 +592,8 @@ class Driver:
 
     @staticmethod
     def _asked_again(track: tasks.Track, event: _P) -> _P:
-        """Return an event of a task. If a reaction interrupted the wait for this event, restore the time of its
-        original request."""
+        """Return the event for which a task waits. If a reaction interrupted the wait, set `track.asked` to the time at
+        which the task first requested the event."""
         for held in track.held:
             if held[0] is event:
                 track.asked = held[1]
