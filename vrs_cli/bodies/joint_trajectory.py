@@ -3,7 +3,7 @@
 Between two points with positions and velocities the controller follows the cubic through them; if both have
 accelerations too, the quintic ("Trajectory Representation" in its documentation). A segment of LSPB or SCURVE in joint
 space is a cubic, so points at its boundaries suffice. Straight lines of the tool and segments of a higher degree get a
-point every 20 ms. Where accelerations jump, a point has none, so the splines on both sides of it are cubics.
+point every 20 ms. Where accelerations jump, a point has no acceleration, so the splines on both sides of it are cubics.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND, Event, Frames
 from vrs_cli.world.course import WorldCourse
 
-AT_ONCE = 1e-6  # [s] if the hand opens or closes in no time, its motion is treated as this long
+AT_ONCE = 1e-6  # [s] assumed duration of the hand's motion if the hand opens or closes instantly
 SAME = 1e-6  # [s] times that differ by less than this are equal
 SAME_PLACE = 1e-9  # [m] two poses are equal if their elements differ by less than this
 

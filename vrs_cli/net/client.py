@@ -196,9 +196,9 @@ class Client:
         return check_end(await end)
 
     async def follow(self, window: float = WINDOW) -> Mirror:
-        """Follow the timeline; return its mirror (a local copy) as soon as this contains the last `window` seconds. The
-        mirror keeps that much of the past (infinity: all of the past). Raises RequestRefused if the timeline does not
-        arrive."""
+        """Follow the timeline; return its mirror (a local copy) as soon as the mirror contains the last `window`
+        seconds. The mirror keeps `window` seconds of the past (infinity: all of the past). Raises RequestRefused if the
+        timeline does not arrive."""
         self.far.window = window
         self.far.news.append(self._see)
         await self.ask(lambda id: messages.Subscribe(id, deltas=True, window=None if window == inf else window))
@@ -235,8 +235,8 @@ class Client:
                 self.begin(messages.Subscribe, lambda _end: None)
 
     async def measure(self) -> None:
-        """Follow the reports of the robot's body, from the start of the timeline's window on. Do nothing if the client
-        does not follow the timeline. Raises RequestRefused."""
+        """Receive the reports of the robot's body (its arm), beginning with those at the start of the timeline's
+        window. Do nothing if the client does not follow the timeline. Raises RequestRefused."""
         followed, mirror = self.far.connection.subscription, self.far.mirror
         if self.measures or followed is None or mirror is None:
             return
@@ -283,14 +283,15 @@ class Client:
             self._recalling = asyncio.create_task(self._recall(mirror))
 
     async def _recall(self, mirror: Mirror) -> None:
-        """Fetch the missing parts of the window, the newest first, until all are there or the connection is cut; the
-        next welcome restarts this."""
+        """Fetch the missing parts of the window, the newest first, until all are there or the connection is cut; after
+        the next welcome, this method is called again."""
         with suppress(RequestRefused):
             while (begins := mirror.begins) > (wanted := max(mirror.now - mirror.window, -1.0)) and not mirror.lost:
                 part = await self.ask(lambda id: messages.Window(id, wanted, begins))
                 assert isinstance(part, messages.Shown), "it answers Window"
                 if not self.far.extend(part):
-                    await asyncio.sleep(FIRST_WAIT_S)  # a change arrived first; the next part will fit
+                    # A change arrived before the part, so the part does not fit. The next one will fit.
+                    await asyncio.sleep(FIRST_WAIT_S)
         self._shown.set()
 
     async def close(self) -> None:

@@ -405,7 +405,7 @@ class ClientSession(UserSession):
 
     def _drag(self, message: messages.Drag) -> None:
         """Give the robot a target for the dragged tool. The target replaces the previous one if the robot has not taken
-        that one yet."""
+        the previous one yet."""
         self._drag_targets.append(message)
         if self._pulling is None:
             self._pull()

@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker
     from vrs_cli.world.course import World, WorldCourse
 
-AHEAD = 10.0  # [s] a course is computed up to this time after the end of the timeline, and after now
-LEAST_AHEAD = 5.0  # [s] the course is computed further when less than this time ahead is known
+AHEAD = 10.0  # [s] a course is computed until this time after the end of the timeline or after now, whichever is later
+LEAST_AHEAD = 5.0  # [s] more is computed when the known part ends less than this time after the same instant
 BEFORE_NOW = 1.0  # [s] the search for contacts starts this time before now
-STRETCH = 0.5  # [s] length of the motion that one step searches for contacts
-STANDING = 5.0  # [s] length that one step searches while the arm is at rest
+STRETCH = 0.5  # [s] duration of the part of a motion that one step searches for contacts
+STANDING = 5.0  # [s] duration that one step searches for contacts while the arm is at rest
 STEP = 0.001  # [s] CPU time of one step
 SHARE = 0.25  # maximum fraction of a core used to compute courses
 LAG = 0.25  # [s] maximum time that the next step waits while the robot has work
@@ -43,7 +43,7 @@ TOLD_EVERY = 0.05  # [s] time between two messages to clients while the course i
 
 MAX_ROWS = 400  # maximum number of rows in one message
 MAX_LOOKED = 600.0  # [s] maximum length of a saved trajectory searched for contacts; 1 s of motion takes 10 ms of CPU
-MAX_TOUCHES = 10_000  # number of known contacts after which the search into the past ends
+MAX_TOUCHES = 10_000  # when this number of contacts is known, no earlier contacts are searched
 
 _one_at_a_time = Lock()  # held during a step: of all robots in this process, only one computes at a time
 
@@ -74,7 +74,8 @@ NEVER, FROM_THE_BEGIN = Cut(), Cut(-inf, -inf)
 
 
 class Heard(NamedTuple):
-    """The part of a course that a client has: all before `until`, and contacts from `low` to `high` [s]."""
+    """The part of a course that a client has: the states at all times before `until` [s], and the contacts between
+    `low` and `high` [s]."""
 
     until: float = -inf
     low: float = inf
@@ -87,7 +88,8 @@ class Heard(NamedTuple):
 
 
 class Known(Struct, frozen=True):
-    """The part of a course computed so far: all before `until`, and contacts from `low` to `high` [s]."""
+    """The part of a course computed so far: the states at all times before `until` [s], and the contacts between `low`
+    and `high` [s]."""
 
     course: WorldCourse
     until: float
@@ -142,7 +144,8 @@ class CourseComputer:
         return self._look_ahead(known, wanted) or self._look_back(known) or known
 
     def _look_ahead(self, known: Known, wanted: float) -> Known | None:
-        """Search for contacts after the searched interval; return None if there is nothing to search."""
+        """Search for contacts after the interval searched so far; return the part known then, or None if there is
+        nothing to search."""
         course, begin = known.course, known.high
         timeline = course.timeline
         last = max(timeline.last, course.last_move(known.until))
@@ -157,7 +160,8 @@ class CourseComputer:
         return None
 
     def _look_back(self, known: Known) -> Known | None:
-        """Search for contacts before the searched interval; return None if there is nothing to search."""
+        """Search for contacts before the interval searched so far; return the part known then, or None if there is
+        nothing to search."""
         course, end = known.course, known.low
         if end <= course.begins or len(known.touches) > MAX_TOUCHES:
             return None

@@ -13,8 +13,8 @@ The notation of delays for users:
 A number without a unit is in seconds.
 
 `DelayProxy` delays the bytes between real sockets: each piece sent to one end arrives at the other end after its delay.
-Bytes travel in both directions unchanged and in order; the end of a direction is delayed too. The number of bytes in
-transit is bounded, so a slow reader slows down the sender.
+Bytes travel in both directions unchanged and in order. If one end stops sending, the other end learns this after the
+delay, too. The number of bytes in transit is bounded, so a slow reader slows down the sender.
 """
 
 from __future__ import annotations
@@ -235,7 +235,8 @@ def parse_duration(text: str) -> float:
 
 
 def parse_loss(text: str) -> float:
-    """Return the fraction in a string such as 1% or 0.01. Raises DelayError, also above MAX_LOSS."""
+    """Return the fraction in a string such as 1% or 0.01. Raises DelayError for any other string, and for a fraction
+    above MAX_LOSS."""
     try:
         share = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
     except ValueError:

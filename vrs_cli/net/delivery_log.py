@@ -41,10 +41,10 @@ USUAL = Bounds()
 
 
 class DeliveryLog:
-    """The messages that must reach one user. `key`: the secret with which the user can resume the connection.
-    `seq`: the number of the last message to the user. `put`: sends a frame over the connection; None while it is cut.
-    `waiting`: the ids of unfinished commands. `ended`: the final answers of finished commands, by id. `questions`: the
-    unanswered questions, by number.
+    """The messages that must reach one user. `key`: the secret with which the user can resume the connection. `seq`:
+    the number of the last message to the user. `put`: sends a frame over the connection; None while the connection is
+    cut. `waiting`: the ids of unfinished commands. `ended`: the final answers of finished commands, by id. `questions`:
+    the unanswered questions, by number.
     """
 
     def __init__(self, key: str, bounds: Bounds = USUAL) -> None:

@@ -44,7 +44,7 @@ COMMAND_TIMEOUT_S = 60.0  # [s] time after a lost connection for which a server 
 REMEMBERED = 600.0  # [s] time for which records of wrongly shown motion are kept
 HELD_UP = 3.0  # [s] a command that arrives later than a round trip plus this time is refused
 QUIET = 4.0  # [s] silence after which the connection may be cut, because the robot answers a ping every two seconds
-NEAR = 0.05  # [s] if the round trip D_f + D_b is below this, the user sees the effect of a command almost at once
+NEAR = 0.05  # [s] if the round trip D_f + D_b is below this, the user sees the effect of a command almost immediately
 FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # number of frequent pings at the start; interval of these, and later [s]
 
 SAME_VRS = "install the same vrs on both"
@@ -52,8 +52,9 @@ Outlet = Callable[[messages.ServerMessage], None]
 
 
 class Ahead(Enum):
-    """How far ahead of the last known state a viewer sees the robot, by the measured delays to the robot (D_f) and back
-    (D_b): D_b shows the present, and D_f + D_b the state in which a command issued now will find the robot."""
+    """How far ahead of the last known state a viewer sees the robot. This depends on the measured delays of messages to
+    the robot (D_f) and back (D_b). If the view is ahead by D_b, it shows the robot's present state; if it is ahead by
+    D_f + D_b, the state in which a command issued now will find the robot."""
 
     PRESENT = "present"
     AUTO = "auto"
@@ -233,7 +234,7 @@ class FarEnd:
                 if message.status is not None:
                     self.status.see(message.status)
                     self._set_virtual_time(message.status.clock)
-                if not message.seq or self._is_seen(message, None):  # `seq` 0: made by this side
+                if not message.seq or self._is_seen(message, None):  # `seq` 0: this side made the message
                     self._end(id, message)
                 else:
                     self._ended[id] = message, self._wall() + CATCHING_UP

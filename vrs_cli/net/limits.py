@@ -24,12 +24,12 @@ def advice(option: str) -> str:
 class Allowance(Struct, frozen=True):
     """The limits of a server.
 
-    For one connection: `message`: bytes of one message; `rate`, `burst`: messages per second, and at once.
-    `connections_each`, `connections`: connections of one token, and of all. For one robot: `names`: variables and
-    programs; `elements`: elements of arrays and characters of strings; `segments` of its timeline; `folder`, `files`:
-    bytes and files in its folder; `steps` of one program; `cpu`: the fraction of a core for its programs, averaged over
-    `cpu_window` [s]. `looking`: the fraction of a core for a user who only views while another user drives, averaged
-    over `looking_window` [s]; `all_looking`: the fraction for all these users together.
+    For one connection: `message`: bytes of one message; `rate`, `burst`: messages per second, and messages in one
+    burst. `connections_each`, `connections`: connections of one token, and of all. For one robot: `names`: variables
+    and programs; `elements`: elements of arrays and characters of strings; `segments` of its timeline; `folder`,
+    `files`: bytes and files in its folder; `steps` of one program; `cpu`: the fraction of a core for its programs,
+    averaged over `cpu_window` [s]. `looking`: the fraction of a core for a user who only views while another user
+    drives, averaged over `looking_window` [s]; `all_looking`: the fraction for all these users together.
     """
 
     message: int = 2_000_000
@@ -168,7 +168,7 @@ class Meter:
 
     def look(self, used: float, now: float) -> LimitReached | None:
         """Return the reason why the programs must stop; None if they may continue. `used`: their total CPU time [s]."""
-        self._bucket.spend(used - self._used, self._looked)  # counts as used at the last call
+        self._bucket.spend(used - self._used, self._looked)  # counts as if used at the time of the last call
         self._used, self._looked = used, now
         if self._bucket.left(now) >= 0.0:
             return None

@@ -190,8 +190,8 @@ class Who(Request, frozen=True):
 
 class Drag(ClientMessage, frozen=True):
     """Drag the tool to `pose` (T_world_tool, 12 numbers by rows); without `pose`, release it. The newest message
-    replaces all earlier ones. After 0.6 s without a message the tool is released as well. `pulled` tells all clients
-    how far the tool is from `pose`; a refusal is sent once. `issued`: as in `line`."""
+    replaces all earlier ones. The tool is also released after 0.6 s without a message. `pulled` tells all clients how
+    far the tool is from `pose`; a refusal is sent once. `issued`: as in `line`."""
 
     pose: Transform | None = None
     issued: Number | None = None

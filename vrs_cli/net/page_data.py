@@ -113,8 +113,7 @@ def recorded_page(
 
 
 def robot(arm: RobotArm) -> dict[str, Any]:
-    """Return the robot model with all meshes: those fields of a page that shows a recording which are the same for all
-    timelines."""
+    """Return the robot model with all meshes: the fields of the page's data that are the same for all timelines."""
     shapes = ServedShapes("", arm.model, shows_paths=False)
     model = to_dict(arm.model)
     model.pop("collision", None)  # contains paths of this machine
@@ -131,8 +130,7 @@ def moments(
     between: tuple[float, float] | None = None,
     picture: int = 0,
 ) -> dict[str, Any]:
-    """Return those fields of a page that shows a recording which depend on the timeline: all except the fields that
-    `robot` returns."""
+    """Return the fields of the page's data that depend on the timeline: all except the fields that `robot` returns."""
     snapshot = Snapshot.of(timeline, Settings())
     if between is not None:
         first, last = (timeline.index_at(t) for t in between)

@@ -2,7 +2,7 @@
 
 While a command is on its way, the user's side plans it as the robot will: it applies f (the planner) to the same
 timeline, at the expected time of arrival. The planned change is unconfirmed until the robot's own change has arrived. A
-viewer shows g (the position at a time of the timeline) at the present, or `ahead` of it.
+viewer shows g (the position at a time of the timeline) at the present time, or `ahead` seconds later.
 
 A change of the timeline becomes known here some time after the robot has applied it. During this delay, viewers see a
 wrong motion for all times after the cut (the time from which the change replaces the timeline). `Flags` keeps these
@@ -85,7 +85,7 @@ class Preview:
         self.forward, self._followed = forward, followed
         self._engine = Engine(followed.arm.model, clock=_ArrivalClock())
         self._underway: dict[int, Underway] = {}  # commands by id, in the order of sending
-        self._told = self._settings = followed.settings  # from the robot; and after confirmed commands
+        self._told = self._settings = followed.settings  # settings from the robot, and after confirmed commands
         self._plan = self._planned_after(followed.timeline)
         self._stale, self._lock = False, Lock()
 

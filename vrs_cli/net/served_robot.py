@@ -111,7 +111,7 @@ class ServedBody:
     # --- the state for all clients ---
 
     def tick(self, *, changed: bool = False) -> None:
-        """Announce the state of the body: at once if it has `changed`, else once a second."""
+        """Announce the state of the body: immediately if it has `changed`, otherwise once a second."""
         wall, body = self._wall(), self.body
         unknown = body.unknown_since
         changed = changed or (unknown is None) != (self._told.unknown is None)
@@ -127,7 +127,8 @@ class ServedBody:
 MEASURED_SECONDS = 3600.0  # [s] time for which reports stay in memory; the journal keeps all reports
 SIZE_CHECK_S = 0.1  # [s] minimum time between checks of how much memory a robot uses; a check of a large robot is slow
 LATELY = 1.0  # [s] time after a request during which a user counts as active
-FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # allowed if a robot is full
+# commands that are allowed even if the robot has reached a limit
+FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))
 
 
 LeaseStep = tuple[RobotLease, tuple[Notice, ...]]  # the new lease, and the notices for users
@@ -413,7 +414,8 @@ class ServedRobot:
             raise self._limit_reached
 
     def may_always(self, line: str) -> bool:
-        """Return whether a line is allowed when the robot is full: it only reads, stops the robot, or frees space."""
+        """Return whether a line is allowed even if the robot has reached a limit, because the line only reads, stops
+        the robot, or frees space."""
         try:
             statement = parse_prompt(line, self.session.names())
         except VrsError:

@@ -54,7 +54,7 @@ BACKLOG = 512 * 1024  # maximum number of bytes that wait for a socket, in addit
 PING_INTERVAL_S, PING_TIMEOUT_S = 20.0, 20.0  # [s] time between two pings, and maximum wait for the answer
 MAX_REPORTED = 20  # maximum number of reported internal errors, each of which writes a file
 PAUSE = 1.0  # [s] pause after an internal error, which may occur again at once
-FLOOD = 10.0  # [s] messages may come too fast for this long before the connection is closed
+FLOOD = 10.0  # [s] how long messages may arrive too fast before the connection is closed
 MAX_PARKED_BYTES = 4_000_000  # bytes of delayed requests above which the server stops reading from a client
 NO_RELAYS: Mapping[str, Relay] = MappingProxyType({})
 CLOSE_TIMEOUT_S = 2.0  # [s] maximum time for a client to close its connection
@@ -431,7 +431,7 @@ class Server:
             self.board.tell()
 
     def _grant(self, link: _Link, hello: messages.Hello) -> Grant:
-        """Return the grant of a client: that of its token or, for a page of this server, of its cookie. Raises
+        """Return the grant that belongs to a client's token or, for a page of this server, to its cookie. Raises
         RequestRefused.
         """
         token, socket = hello.token, link.socket

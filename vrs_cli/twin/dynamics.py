@@ -1,7 +1,8 @@
-"""Compute torques of an arm by recursive Newton-Euler; find the masses, centres and inertias of its links.
+"""Compute torques of an arm by recursive Newton-Euler; find the masses, centres of mass and inertias of its links.
 
 The masses come from the robot's file (`RobotModel.masses`) or, for a built-in robot, from its file in `robots/masses`.
-If the file has only the mass of a link, its centre and inertia are those of its shapes with a uniform density.
+If the file has only the mass of a link, the centre of mass and the inertia of the link are computed from its shapes,
+with a uniform density.
 
 Everything is computed over N samples at once, in the base frame of the robot. The recursion is that of Luh, Walker and
 Paul, "On-line computational scheme for mechanical manipulators" (1980). Units are metres, radians, kilograms, newtons;
@@ -144,12 +145,12 @@ def _parts(T: Transform) -> tuple[Floats, Floats]:
     return rows[:, :3], rows[:, 3]
 
 
-MASSES = ROBOTS / "masses"  # folder with the masses of built-in robots, read only for dynamics
+MASSES = ROBOTS / "masses"  # folder with the masses of built-in robots; read only when dynamics are computed
 ROUNDING = 1e-12  # relative rounding error of a moment of inertia
 MIN_MOMENT = 1e-6  # [kg m2] smaller principal moments of inertia are raised to this
 POSES, SEED = 100, 1  # number and seed of random poses for drives with unknown data
 RESERVE = 2.0  # ratio of an unknown maximum torque to the torque for gravity and maximum acceleration (our choice)
-# our choice for unknown data: rotor inertia as a fraction of the joint's maximum inertia, friction of maximum torque
+# chosen for unknown data: rotor inertia / maximum inertia of the joint, and friction / maximum torque of the joint
 ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02
 ROUND = 24  # number of slices along half a circle; gives second moments of a slab to 1e-4
 
@@ -234,14 +235,15 @@ Slice = Iterator[tuple[Vector, float]]  # yields points of a cross-section, each
 
 
 class UnitSolid(NamedTuple):
-    """A body of one kilogram: its centre (3,) [m], and its inertia (3, 3) about the centre [kg m2]."""
+    """A body of one kilogram: its centre of mass (3,) [m], and its inertia (3, 3) about this centre [kg m2]."""
 
     centre: Floats
     inertia: Floats
 
 
 class PointMasses(NamedTuple):
-    """Points (k, 3) [m] with volumes (k,) [m3]: together they have the volume, centre and second moments of a body."""
+    """Points (k, 3) [m] with volumes (k,) [m3]: together they have the volume, the centre of mass and the second
+    moments of a body."""
 
     points: Floats
     volumes: Floats
