@@ -181,7 +181,7 @@ def distance_from_line(p: Vector, a: Vector, b: Vector) -> float:
 # number of equal parts of a piece, which is compared with g where two parts meet; even, so that its halves reuse these
 # times
 PIECE_LOOKS = 8
-# fraction of the tolerance allowed at the compared times, since between them a piece may differ more
+# fraction of the tolerance allowed at the sample times; the error of a piece may be larger between samples
 PIECE_MARGIN = 0.9
 MIN_PIECE_S = 2.0**-20  # [s] (about 1 us) shorter pieces are not halved
 TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # [rad, m] the tolerances with which viewers can get pieces

@@ -71,9 +71,9 @@ class Touch(NamedTuple):
 
 
 class PathSurvey(Struct, frozen=True):
-    """The result of searching a path for boundaries. `marks`: times [s] around each close approach to a boundary, more
-    and more dense towards it. `beyond`: a time at which the path is beyond the reach; `endless`: a time at which the
-    search could not decide; both None if there is no such time.
+    """The result of searching a path for boundaries. `marks`: times [s] around each close approach to a boundary,
+    spaced more densely near the approach. `beyond`: a time at which the path is out of reach. `endless`: a time at
+    which the search gave up undecided. Each of these two is None if there is no such time.
     """
 
     touches: tuple[Touch, ...] = ()
@@ -173,7 +173,7 @@ class _Search:
         return True, on_boundary
 
     def marks(self) -> tuple[float, ...]:
-        """Return times around each minimum of a clearance, more and more dense towards it."""
+        """Return times around each minimum of a clearance, spaced more closely the nearer they are to the minimum."""
         marks = set[float]()
         for k, close in enumerate(CLOSE_PARTS):
             column = [inf, *(seen.sizes[k] for _, seen in self.seen), inf]
@@ -185,8 +185,8 @@ class _Search:
         return tuple(sorted(marks))
 
     def around(self, i: int) -> Iterator[float]:
-        """Yield times on both sides of sample `i`, more and more dense towards it, and the time of the sample itself
-        unless it is an end of the path.
+        """Yield times on both sides of sample `i`, spaced more closely the nearer they are to the sample. Also yield
+        the time of the sample itself, unless the sample is an end of the path.
         """
         s, step = self.seen[i][0], self.lasting
         nearest = min(abs(self.seen[k][0] - s) for k in (i - 1, i + 1) if 0 <= k < len(self.seen))

@@ -294,8 +294,8 @@ def _rates(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, joint
 
 
 def _seeds_agree(arm: RobotArm, segment: Segment, path: CartesianPath) -> bool:
-    """Return whether each two neighbouring seeds lead to the same joints at the instant at which the second seed
-    replaces the first.
+    """Return whether every two adjacent seeds lead to the same joints at the time when the second seed replaces the
+    first.
     """
     turns = [link.kind is JointKind.REVOLUTE for link in arm.model.links]
     for k, (seed, after) in enumerate(zip(path.seeds, path.seeds[1:], strict=False)):

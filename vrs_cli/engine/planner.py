@@ -164,8 +164,8 @@ def cut_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
 
 
 def _plan_from_cut(timeline: Timeline, cut: CutPlace, problem: Problem) -> tuple[CutPlace, tuple[Segment, ...]]:
-    """Plan a motion that starts out of the motion in progress or, if that motion cannot be interrupted, after the arm
-    has come to rest.
+    """Plan a motion that branches off from the motion in progress or, if that motion cannot be interrupted, starts once
+    the arm is at rest.
 
     Return the point at which the planned segments cut the timeline, and the segments.
     """

@@ -65,8 +65,8 @@ class Standpoint(Struct, frozen=True):
         return resolve(self.arm, self.settings, Move(target, straight), self.before.frames, self.here, self.here)
 
     def line(self, pose: Transform, *, once: bool = True) -> Motion:
-        """Return the motion of a MOVES to the pose T_robot_tool. `once`: with the settings for the next motion only;
-        else with those for the motions after it.
+        """Return the motion of a MOVES to the pose T_robot_tool. `once`: include the settings that apply to the next
+        motion only; otherwise use the permanent settings.
         """
         settings = self.settings
         duration = settings.duration.present if once else settings.duration.always

@@ -235,8 +235,8 @@ class _Line:
         raise self._too_singular(load)
 
     def _from_rest(self) -> tuple[Segment, ...]:
-        """Plan a line from rest. To slow it down, its time is stretched as a whole on the same path, once and by an
-        exact factor.
+        """Plan a straight line that starts at rest. If it must be slower, scale the duration of the whole motion once,
+        by an exactly computed factor; the path stays the same.
         """
         stretches = self._stretches(self.limits)
         pose, goal = self.state.pose, self.goal  # `way` is the line with time = covered fraction of the line
@@ -460,8 +460,8 @@ def _poses(begin: Transform, goal: Transform, finer: int) -> Iterator[Transform]
 
 
 def _guides(state: JointState, walk: Walk) -> tuple[GuideState, ...]:
-    """Return the guides that a walk (a possible motion of the redundant joints) determines, with their current values
-    and rates.
+    """Return the conditions on the redundant joints (`Guide`) that a walk (a possible motion of these joints) fixes,
+    with their current values and rates.
     """
     still = (0.0,) * len(state.joints)
     columns = state.joints, state.velocity, state.acceleration or still
@@ -473,8 +473,8 @@ def _guides(state: JointState, walk: Walk) -> tuple[GuideState, ...]:
 
 
 def guide_limits(model: RobotModel, motion: Motion, state: ToolState, limits: ToolLimits) -> ToolLimits:
-    """Return the limits, completed by the limits of the guides in this motion. A guide may change as fast as the joints
-    allow if only this guide moves them.
+    """Return the limits, completed by the limits of the guides (weighted sums of joints that determine how redundant
+    joints move) in this motion. A guide may change as fast as the joints could change it if nothing else moved them.
     """
     if not state.guides:
         return limits

@@ -288,7 +288,9 @@ class CartesianPath(Struct, frozen=True):
         return (second_derivative(x, s), second_derivative(y, s), second_derivative(z, s), *alpha)
 
     def twist_rates(self, s: float) -> tuple[Twist, Twist]:
-        """Return `twist_rate` and its rate: jerk of the tool tip and angular jerk [m/s3, rad/s3]."""
+        """Return `twist_rate` and its time derivative, which consists of the linear jerk of the tool tip and the
+        angular jerk [m/s3, rad/s3].
+        """
         x, y, z = self.position
         alpha, beta = self._spin_rates(s) if self.turns else (STILL, STILL)
         return (
@@ -297,8 +299,8 @@ class CartesianPath(Struct, frozen=True):
         )
 
     def _spin_rates(self, s: float) -> tuple[Vector, Vector]:
-        """Return angular acceleration and angular jerk. Each turn adds its own part to those of the earlier turns,
-        which also rotate its axis.
+        """Return angular acceleration and angular jerk. Each turn adds its own angular acceleration and jerk to the sums
+        of the earlier turns, which also rotate the axis of this turn.
         """
         w = alpha = beta = STILL
         R = self.orientation

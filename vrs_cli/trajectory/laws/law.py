@@ -297,7 +297,7 @@ class ToolMotion:
         self.displacement = vector_difference(position(target), position(state.pose))
 
     def orientation_after(self, change: VelocityChange) -> Transform:
-        """Return the orientation that the decay of the current spin leads to."""
+        """Return the orientation that the tool reaches if its current angular velocity is braked to zero."""
         R = self.state.pose
         for axis, rate, acceleration in self.dying:
             R = compose(R, rotation_about(axis, change.to_rest(rate, acceleration)))
@@ -309,7 +309,7 @@ class ToolMotion:
         return axis_angle(compose(inverse(self.state.pose), self.target))
 
     def turn(self, change: VelocityChange) -> tuple[Vector, float]:
-        """Return axis and angle of the turn that remains after the decay of the spin."""
+        """Return axis and angle of the turn to the target that remains after the angular velocity is braked to zero."""
         if not self.dying:
             return self.whole_turn
         return axis_angle(compose(inverse(self.orientation_after(change)), self.target))

@@ -86,7 +86,9 @@ def from_rest(components: Sequence[Component], least: float = 0.0) -> Course:
         by_acceleration = max(by_acceleration, distance / part.max_acceleration)
     if by_velocity <= NEGLIGIBLE:
         return _course(0.0, 0.0, 0.0)
-    square = least * least - 4.0 * by_acceleration  # the whole time is S + by_acceleration / S
+    # the whole time is S + by_acceleration / S, where S (see the module docstring) is the displacement D divided by the
+    # cruise velocity v1
+    square = least * least - 4.0 * by_acceleration
     by_time = 0.5 * (least + sqrt(square)) if square > 0.0 else 0.0
     reach = MARGIN * max(by_velocity, sqrt(by_acceleration), by_time)
     blend = up_to_grid(by_acceleration / reach)  # the blend lasts as long as the last stretch, which slows down
@@ -94,8 +96,8 @@ def from_rest(components: Sequence[Component], least: float = 0.0) -> Course:
 
 
 def _without_sliver(blend: float, cruise: float, slow: float) -> Course:
-    """Return a course in which a very short cruise is left out: slowing down takes longer by twice that time, so S
-    stays the same.
+    """Return the times of a motion (a `Course`) without a very short cruise: slowing down then takes longer by twice
+    the time of the cruise, so S (see the module docstring) stays the same.
     """
     return _course(blend, cruise, slow) if cruise > SLIVER else _course(blend, 0.0, slow + 2.0 * cruise)
 
