@@ -299,8 +299,8 @@ class CartesianPath(Struct, frozen=True):
         )
 
     def _spin_rates(self, s: float) -> tuple[Vector, Vector]:
-        """Return angular acceleration and angular jerk. Each turn adds its own angular acceleration and jerk to the sums
-        of the earlier turns, which also rotate the axis of this turn.
+        """Return angular acceleration and angular jerk. Each turn adds its own acceleration and jerk to the sums of
+        the earlier turns, which also rotate the axis of this turn.
         """
         w = alpha = beta = STILL
         R = self.orientation

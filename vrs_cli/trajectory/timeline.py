@@ -388,8 +388,8 @@ class DeltaLog(Sequence[TimelineDelta]):
         return again
 
     def put_away(self, number: int, kept: KeptDeltas) -> None:
-        """Drop from memory the parts of the timeline that end before the change (delta) with this number, but keep the
-        last two parts. The dropped parts remain available in the store `kept`.
+        """Drop from memory the parts of the log that end before the change (delta) with this number, but keep the last
+        two parts. The dropped parts remain available in the store `kept`.
         """
         last = min(number // PART, len(self._parts) - UNPACKED_PARTS)
         for place in range(self._away, last):

@@ -103,7 +103,7 @@ def _without_sliver(blend: float, cruise: float, slow: float) -> Course:
 
 
 def from_motion(components: Sequence[Component], least: float = 0.0) -> Course:
-    """Return the times of a motion of scalar components that starts at their velocities."""
+    """Return the times of a motion whose scalar components already move at its start."""
     shortest = max(max(abs(part.velocity) - part.max_velocity, 0.0) / part.max_acceleration for part in components)
     guess = max(abs(part.velocity) / part.max_acceleration for part in components)
     return search(scalar_demands(components), shortest, guess, least)
