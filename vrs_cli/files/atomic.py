@@ -80,9 +80,9 @@ def hold(path: Path) -> HeldLock:
 
 
 def claim(handle: int) -> bool:
-    """Lock an open file itself, to exclude writers that do not share its lock file: those that use a hard link, or a
-    folder in which no lock file can be created. Return False if another writer has locked the file. On Windows nothing
-    is locked, because this would exclude readers.
+    """Lock an open file itself, to exclude writers that do not use the same lock file: writers that open the file by a
+    hard link, or from a folder in which no lock file can be created. Return False if another writer has locked the
+    file. On Windows nothing is locked, because this would exclude readers.
     """
     if WINDOWS:
         return True
@@ -200,9 +200,9 @@ def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
 
 
 class NewFile:
-    """A new file called `name`, in the folder of `target`. `commit` replaces the target by it; the target is locked
-    until `close`. If `name` is None, the stream writes to the target directly (a device or pipe), and `commit` only
-    syncs.
+    """A new file called `name`, in the folder of `target`. `commit` replaces the target by the new file; the target is
+    locked until `close`. If `name` is None, the stream writes to the target directly (a device or pipe), and `commit`
+    only syncs.
     """
 
     def __init__(
@@ -340,8 +340,8 @@ def _hint(path: Path) -> str:
 
 
 def _mode_for(target: Path) -> int:
-    """Return the permissions for a file that replaces `target`: those of the target if it exists, otherwise those of a
-    new file.
+    """Return the permissions for a file that replaces `target`: the permissions of the target if it exists,
+    otherwise the usual permissions of a new file.
     """
     try:
         return stat.S_IMODE(target.stat().st_mode)

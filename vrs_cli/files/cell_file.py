@@ -172,7 +172,7 @@ class _SceneReader:
         return name
 
     def _shape(self, entry: CellEntry) -> world.Shape:
-        """Read the shape of a part or fixture. If it is wrong, report the mistake and return some box."""
+        """Read the shape of a part or fixture. If it is wrong, report the mistake and return an arbitrary box."""
         text, kind = self._text, self._text.one_of(entry, "shape", SHAPE_KEYS)
         self._refuse_others(entry, kind, SHAPE_KEYS, "shape")
         match kind:
@@ -330,7 +330,7 @@ _UNIT = world.BoxShape((1.0, 1.0, 1.0))  # stands for a shape that has mistakes
 KEYS = ("when", "set", "after", "lasting", "variables", "rows", "again")
 TABLES = ("signals", "follow", *SCENE_KEYS)
 MAX_CELL_CHARS = 2_000_000  # maximum size of a cell file
-# names of variables: NAME in grammar/val2.lark, but not those of locations
+# names of real and string variables: NAME in grammar/val2.lark, without the names of locations
 _VARIABLE = re.compile(r"(?i)\$?[A-Z][A-Z0-9._]*")
 
 

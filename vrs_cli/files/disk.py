@@ -57,9 +57,9 @@ def existing(path: Path) -> Path:
 
 
 def target(old: Path, new: Path) -> Path:
-    """Return the path to which the file `old` is copied or renamed if the user names `new`: a name without an extension
-    gets that of the old file, and a folder gets a file with the old name. Raises FileError if this is the file `old`
-    itself.
+    """Return the path to which the file `old` is copied or renamed if the user names `new`. If `new` has no extension,
+    the path gets the extension of the old file. If `new` is a folder, the path is in this folder and has the old name.
+    Raises FileError if the path leads to the file `old` itself.
     """
     named = new if new.suffix or new.is_dir() else new.with_name(new.name + old.suffix)
     place = named / old.name if named.is_dir() else named
@@ -219,7 +219,7 @@ class Unit(Struct, eq=False):
 
     @contextmanager
     def attempt(self) -> Iterator[None]:
-        """Catch an error in the block, and set the status to its code; without an error, to success."""
+        """Catch an error in the block, and set the status to its code. Without an error, set the status to success."""
         try:
             yield
         except errors.VrsError as error:
@@ -273,7 +273,8 @@ class Disk(Struct, eq=False):
     folder: Folder
     spend: Callable[[int], None] = lambda _size: None
     hold: Callable[[int], None] = lambda _characters: None
-    folders: dict[int, Folder] = field(default_factory=dict)  # by task number, the folder of each task that has its own
+    # the folder of each task that has its own folder, by task number
+    folders: dict[int, Folder] = field(default_factory=dict)
     _units: dict[tuple[int, int], Unit] = field(default_factory=dict)
 
     # --- folders ---

@@ -198,7 +198,8 @@ def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: fl
 
 def _segments(segments: list[Segment]) -> dict[str, NDArray[np.generic]]:
     """Return the arrays that describe the M segments. Polynomials have ascending powers of t - t_s, with t_s the start
-    of the segment. Joint polynomials are NaN for segments that are planned as tool motions, and the reverse.
+    of the segment. Joint polynomials are NaN for segments that are planned as tool motions, and tool
+    polynomials are NaN for segments that are planned as joint motions.
     """
     paths = [segment.path for segment in segments]
     joints = coefficients(paths).transpose(1, 2, 0).copy()

@@ -67,7 +67,8 @@ class Course(Struct, frozen=True):
 
 class Taken(Struct, frozen=True):
     """A file that is locked for a journal until `close`. `file`: the open file to continue; None for a new journal.
-    `recording`: its content, or `resumed`: its content if it was read from a checkpoint.
+    `recording`: the content of the file if it was read completely; `resumed`: its content if it was read from a
+    checkpoint.
     """
 
     path: Path
@@ -145,9 +146,9 @@ class Journal:
 
     `path`: the current file; `sound`: whether it is the requested file and complete. `course`: a function that returns
     everything the journal must contain up to now. `tell`: a function that shows a message to the user before the next
-    answer. `durable=False` (for batch runs): write only large pieces, and the rest at the end. `together`: do not sync
-    each change; `settle` syncs several changes at once, before any of them is answered. `past`: reads older parts from
-    the file if they are dropped from memory. Raises FileError.
+    answer. `durable=False` (for batch runs): collect changes until they fill a large block before they are written;
+    the rest is written at the end. `together`: do not sync each change; `settle` syncs several changes together, before
+    any of them is answered. `past`: reads older parts from the file if they are dropped from memory. Raises FileError.
     """
 
     def __init__(

@@ -288,7 +288,7 @@ class Folder(Struct, frozen=True):
             raise refused
 
     def check_open(self, path: Path, handle: int) -> None:
-        """Check that an open file is the file at `path`, and not one to which a link led. Raises FileOutside."""
+        """Check that an open file is the file at `path`, and not a file to which a link led. Raises FileOutside."""
         with self.parent(path) as parent:
             if parent is None:
                 return

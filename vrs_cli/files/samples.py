@@ -298,7 +298,8 @@ def _record(channel: int, message: LogMessage) -> bytes:
 
 class _Samples:
     """Encodes the messages of each sample as one row of bytes. Rows differ only in their times and in numbers of type
-    double, so arrays of them are encoded together. `starts`: for each channel the column at which its message starts.
+    double, so many rows are encoded together as arrays. `starts`: for each channel the column at which its message
+    starts.
     """
 
     def __init__(self, model: RobotModel, channels: Mapping[str, int]) -> None:
@@ -394,7 +395,8 @@ def _pose(T: Transform) -> tuple[float, ...]:
 
 def _link_poses(model: RobotModel, i: int, x: Floats) -> Floats:
     """Return the poses (N, 7) of a link in the previous frame, for values (N,) [rad, m] of the joint with index i that
-    moves it; they are those of `model.link_transform`. For the last joint, return the poses of the flange.
+    moves it. They are equal to the results of `model.link_transform`. For the last joint, return the poses of the
+    flange.
     """
     link = model.links[i]
     turns = link.kind is JointKind.REVOLUTE

@@ -78,7 +78,9 @@ class Layout(Struct, frozen=True):
         return cls(parts, entries, ends, tuple(loose))
 
     def with_file(self, other: Layout) -> Layout:
-        """Return the layout extended by that of another loaded file, which has precedence."""
+        """Return the layout extended by the layout of another loaded file. If both have lines for the same program or
+        variable, the lines of the other file are kept.
+        """
         entries, ends = {**self.entries, **other.entries}, {**self.ends, **other.ends}
         return Layout({**self.parts, **other.parts}, entries, ends, other.tail or self.tail)
 
@@ -292,8 +294,8 @@ def _called_keys(program: Program) -> Iterator[str]:
 
 
 def variables_used(programs: Iterable[Program]) -> frozenset[str]:
-    """Return the keys of all global variables that the programs use. A key without a sigil ($ or #) may be that of a
-    real or of a location.
+    """Return the keys of all global variables that the programs use. A key without a sigil ($ or #) may belong to a
+    real or to a location.
     """
     keys = set[str]()
     for program in programs:

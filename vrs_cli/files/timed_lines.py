@@ -39,8 +39,8 @@ from vrs_cli.values.numbers import count
 BYTE_ORDER_MARK = "\ufeff"  # some systems write this character before the first line of a file
 TIME = "t"
 POSE = ("x", "y", "z", "o", "a", "t_angle")
-# [s] a target that is later than this after the previous one is refused; otherwise one wrong late time would make all
-# following targets too early
+# [s] maximum time between two targets: a later target is refused. Otherwise, after one target with a wrong late time,
+# the correct times of all following targets would be refused as too early
 MAX_PAUSE_S = 3600.0
 MAX_SHOWN_CHARS = 60  # maximum number of characters of a wrong first line in a message; the file may contain anything
 

@@ -37,7 +37,7 @@ MAX_FAULTS = 20  # maximum number of faults that a message lists
 GUIDE = "a trajectory file is what SAVE or vrs run --save wrote"
 GUIDE_IN_PYTHON = "a trajectory file is what Robot.save or vrs run --save wrote"
 LINES_PER_PROGRESS = 512
-MAX_HEADER_BYTES = 1 << 24  # [B] maximum size of a header; that of a usual robot has about 2000 bytes
+MAX_HEADER_BYTES = 1 << 24  # [B] maximum size of a header; the header for a usual robot has about 2000 bytes
 
 
 def write_trajectory(

@@ -208,7 +208,7 @@ class ArmTask(Enum):
 
     `counts`: six values, which say whether the coordinates X, Y, Z in the robot's frame and the rotations about X, Y, Z
     of the flange count. The arm chooses the parts that do not count. For POINT and PLANE the values are those of an arm
-    that moves in the plane X Y; `RobotModel.counts` has those for the plane of a given robot.
+    that moves in the plane X Y; `RobotModel.counts` has the values for the plane of a given robot.
     """
 
     POSE = "pose"
@@ -295,8 +295,8 @@ class _ModelData(NamedTuple):
     initial value of PARAMETER PROFILE. `shapes`: the visible shapes, if the file has them (`bodies.shapes_of` returns
     shapes for any robot). `collision`: the shapes for contact detection, if they differ from `shapes`. `hand_width`:
     the width of the open hand [m], 0 if unknown. `masses`: the masses of each link, if the file has them
-    (`twin.inertia` has those of built-in robots). `origin`: the source, for a URDF file. `names_task`: whether the file
-    names the task. Models that differ only in the last three fields are equal.
+    (`twin.inertia` has the masses of built-in robots). `origin`: the source, for a URDF file. `names_task`: whether the
+    file names the task. Models that differ only in the last three fields are equal.
     """
 
     name: str

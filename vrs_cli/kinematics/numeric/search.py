@@ -125,8 +125,8 @@ def newton(links: tuple[Link, ...], base: Transform, flange: Transform) -> Newto
     joint rates at q.
 
     The step leads from q towards the pose T of the flange and the sums of joints in `demands` (one for each joint
-    beyond six). The joint rates give the flange the twist, and the sums the rates in `rates`. The result is None if q
-    is singular.
+    beyond six). The joint rates give the flange the twist `twist`, and they give the sums the rates in `rates`. The
+    result is None if q is singular.
     """
     names: dict[str, Any] = {
         "cos": cos,

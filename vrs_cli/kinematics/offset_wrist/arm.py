@@ -195,9 +195,9 @@ class OffsetWristArm(FormulaArm):
 
         Only joints 1 to 4 move the point where axes 5 and 6 meet, and only joint 1 moves it perpendicular to the plane
         of the arm. Subtracting the effect of joint 1 leaves an angular velocity with three components. Joints 2 to 4
-        together make the component along the normal of the plane, joint 5 that along axis 5, and joint 6 that along the
-        third direction, X of frame 4. Then the axis of joint 4 moves like the end of a planar arm of two bars, which
-        gives joints 2 and 3.
+        together make the component along the normal of the plane, joint 5 makes the component along axis 5, and joint 6
+        the component along the third direction, X of frame 4. Then the axis of joint 4 moves like the end of a planar
+        arm of two bars, which gives joints 2 and 3.
         """
         _, a2, a3, side, d5, d6, _ = self.offsets
         q1, q2, q3, q4, q5, q6 = q
@@ -209,7 +209,7 @@ class OffsetWristArm(FormulaArm):
         if -CLEAR < s3 < CLEAR or -CLEAR < s5 < CLEAR or abs(outward) < CLEAR * (a2 + a3 + abs(d5)):
             return super().joint_velocity(q, twist, T_flange_tool, demands)
         vx, vy, vz, wx, wy, wz = twist
-        # components of the angular velocity, outward in and perpendicular to the plane of the arm
+        # components of the angular velocity: outward in the plane of the arm, and perpendicular to this plane
         out, across = c1 * wx + s1 * wy, s1 * wx - c1 * wy
         tx, ty, tz = T_flange_tool[3], T_flange_tool[7], d6 + T_flange_tool[11]
         x, y, z = -s5 * tz, c5 * tz, 0.0  # vector from the point where axes 5 and 6 meet to the tip, in frame 4

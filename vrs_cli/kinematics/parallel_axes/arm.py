@@ -222,8 +222,8 @@ def make_branch(bars: Bars, wrist: Callable[[Transform], tuple[float, float, flo
 
 
 def joints_in_order(bars: Bars) -> Callable[[tuple[float, ...]], Joints]:
-    """Return a function that takes the values of three turning joints and of the sliding joint, and returns those that
-    the arm has in the order of its joints.
+    """Return a function that takes the values of three turning joints and of the sliding joint, and returns the
+    values of the joints that the arm has, in the order of its joints.
     """
     places = dict(zip(bars.turns, range(3), strict=False)) | dict.fromkeys(bars.slides, 3)
     return itemgetter(*(places[i] for i in range(len(places))))

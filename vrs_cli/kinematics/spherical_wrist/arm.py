@@ -124,11 +124,11 @@ class SphericalWristArm(FormulaArm):
         T_flange_tool: Transform = IDENTITY,
         demands: Demands = (),  # noqa: ARG002 (no redundant joints)
     ) -> Joints:
-        """Return the joint rates [rad/s] that give the tool this twist.
+        """Return the joint rates [rad/s] that give the tool the twist `twist`.
 
-        In a singular pose the tool cannot move in one direction (the lost direction). A twist without this component is
-        solved with joint 1, 3 or 4 at rest; any other twist raises StraightLineSingular with the name of the
-        singularity. Near a singular pose the rates are large, so callers must compare them with the limits.
+        In a singular pose the tool cannot move in one direction (the lost direction). A twist without a component in
+        this direction is solved with joint 1, 3 or 4 at rest; any other twist raises StraightLineSingular with the name
+        of the singularity. Near a singular pose the rates are large, so callers must compare them with the limits.
 
         Joints 1 to 3 move the wrist centre, and joints 4 to 6 turn the hand about it. So the 6x6 Jacobian splits into
         three small systems (Hollerbach and Sahar 1983), each with its own singularity:

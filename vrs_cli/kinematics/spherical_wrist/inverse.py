@@ -144,8 +144,8 @@ def make_branch(geometry: Geometry) -> Branch:
     """Return the formula of inverse kinematics: a function of a pose, a configuration and `near` that ignores the
     limits, and adds whole turns to bring each joint nearest to `near`.
 
-    The function returns None if the pose is out of reach. At a singular wrist joint 4 keeps its value in `near`, and
-    joint 6 is set accordingly.
+    The function returns None if the pose is out of reach. If the wrist is singular, joint 4 keeps the value it has
+    in `near`, and joint 6 is set accordingly.
     """
     d1, a1, a2, a3, d4, d6, side, forearm, beta = geometry
     side2 = side * side
@@ -181,7 +181,7 @@ def make_branch(geometry: Geometry) -> Branch:
         q3 = beta + psi
         fh, fv = h - a2 * c2, v - a2 * s2
         c23, s23 = f3 * fh - f4 * fv, f4 * fh + f3 * fv
-        # components of the hand's axes a, n and s, outward in and perpendicular to the plane of the arm
+        # components of the hand's axes a, n and s: outward in the plane of the arm, and perpendicular to this plane
         aH, aY = c1 * ax + s1 * ay, c1 * ay - s1 * ax
         nH, nY, sH, sY = c1 * nx + s1 * ny, c1 * ny - s1 * nx, c1 * sx + s1 * sy, c1 * sy - s1 * sx
         aX, nX, sX = c23 * aH - s23 * az, c23 * nH - s23 * nz, c23 * sH - s23 * sz

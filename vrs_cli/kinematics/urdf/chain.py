@@ -146,8 +146,8 @@ def _is_hand(tree: Tree, link: str, joints: int) -> bool:
     """Return whether the branches that begin at a link are fingers. `joints`: the number of joints between the base and
     the link.
 
-    Branches are fingers if their names say so, if all of them but one mimic this one, or if they are short and the arm
-    before them is long enough.
+    Branches are fingers if their names say so, if at most one of them does not mimic another joint, or if they are
+    short and the arm before them is long enough.
     """
     if not joints:
         return False
@@ -370,8 +370,8 @@ _OTHERS = (
 def other_than_z(last: Vector, fingers: Iterable[Vector]) -> Turned | None:
     """Return the axis of the tip along which the fingers point, if it is clearly another axis than Z; else None.
 
-    The direction of the fingers is that from the arm's last joint to their ends. `last`: a point of the last joint;
-    `fingers`: the ends of the fingers, both in the frame of the tip [m].
+    The fingers point in the direction from the arm's last joint to the ends of the fingers. `last`: a point of the last
+    joint; `fingers`: the ends of the fingers, both in the frame of the tip [m].
     """
     ends = [transform.vector_difference(end, last) for end in fingers]
     if not ends:

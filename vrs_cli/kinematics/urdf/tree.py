@@ -105,7 +105,9 @@ def _behind(error: BaseException | None) -> Iterator[BaseException]:
 
 
 class _NoPackage(BaseException):
-    """Raised if a ROS package is not found. It is not a subclass of Exception, because xacro rewords those."""
+    """Raised if a ROS package is not found. It is not a subclass of Exception, because xacro changes the
+    messages of those errors.
+    """
 
 
 @contextmanager
@@ -127,8 +129,8 @@ def _packages_beside(path: Path) -> Iterator[None]:
 
 
 def _folder(path: Path, name: str, usual: Callable[[str], object]) -> str:
-    """Return the folder of a ROS package: the one that `package_folder` finds for the file at `path`, else the one that
-    ROS knows (`usual`). Raises _NoPackage.
+    """Return the folder of a ROS package: the folder that `package_folder` finds for the file at `path`; if it finds
+    none, the folder that ROS knows (returned by `usual`). Raises _NoPackage.
     """
     beside = package_folder(path, name)
     try:

@@ -58,8 +58,8 @@ FOLLOWING = 12  # maximum number of steps of Newton's method from the joints `ne
 SETTLED = 1e-7  # [rad, m] a search has converged if its step is smaller
 # [m, rad] a pose counts as reached exactly within these errors, even if steps are still larger than SETTLED
 THERE, TURNED = 1e-10, 5e-10
-# [rad, m] a solution farther from the joints `near` counts as that of another branch (another continuous set of
-# solutions)
+# [rad, m] a solution farther from the joints `near` counts as a solution of another branch (another
+# continuous set of solutions)
 BRANCH = 0.5
 ROUNDING = 1e-12  # [rad, m] a joint closer to a limit counts as at the limit
 POSES = 64  # number of poses that are searched at once
