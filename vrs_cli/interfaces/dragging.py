@@ -211,7 +211,8 @@ class Pursuit:
         return self._search.go_on(aim, now) if not self._finds_all and self._stalled > STALLS_BEFORE_SEARCH else None
 
     def _found_again(self, aim: Aim) -> Joints | None:
-        """Return the joints found earlier by a search, moved to the current target; None if no search has found any."""
+        """Return the joints that an earlier search has found, moved to the current target; None if no search has found
+        joints."""
         if self._elsewhere is not None:
             q = aim.nearest(self.range.put(self._elsewhere), *self.range).joints
             self._elsewhere = q if aim.miss(q).within(*MISS_TOLERANCE) else None

@@ -131,8 +131,8 @@ class LinePieces:
         return records.no_pieces if tolerance is None else partial(self._of, known_tolerance(tolerance))
 
     def count_late(self, segments: Sequence[Segment], tolerance: float, most: int) -> int:
-        """Return how many of the last segments can be sent with pieces of their joint trajectory if at most `most`
-        straight lines, those not remembered yet, may be computed now."""
+        """Return how many segments, counted from the last, can be sent with the pieces of their joint trajectories if
+        the pieces of at most `most` straight lines may be computed now; the pieces of the others must be remembered."""
         for count, segment in enumerate(reversed(segments)):
             most -= isinstance(segment.path, CartesianPath) and _key(segment, tolerance) not in self._remembered
             if most < 0:

@@ -185,8 +185,8 @@ class Conversation:
             yield from self._store()
 
     def _store(self) -> Dialogue[None]:
-        """Check the typed programs, and store them in memory. The first new one becomes the program that EXECUTE
-        without a name runs."""
+        """Check the typed programs, and store them in memory. EXECUTE without a name then runs the first new
+        program."""
         text, self._pasted = self._pasted, ""
         loaded = yield from self.session.read_file(text)
         before = dict(self.session.programs)
@@ -202,7 +202,7 @@ class Conversation:
 
     def leave_entry(self, why: str = "") -> Dialogue[None]:
         """Drop the program that is being typed or edited, because of Ctrl-C or the end of the input, and tell the user.
-        A person is asked first if text would be lost. `why`: the reason, the beginning of the message."""
+        A person is asked first if text would be lost. `why`: the reason, with which the message to the user begins."""
         editor = self.user_state.editor
         if editor is not None:
             name, how = editor.name, "E would have stored it"

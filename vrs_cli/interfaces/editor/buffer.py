@@ -319,9 +319,9 @@ def store(station: Station, program: ast.Program) -> Dialogue[tuple[replies.Repl
 
 
 def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogue[ProgramBuffer]:
-    """Return a buffer with a program from memory, or with a new program. `asked`: its name, and parameters that replace
-    those of the program, if any. `step`: the step at the cursor, from 1. Raises UsageError if the program is
-    running."""
+    """Return a buffer with a program from memory, or with a new program. `asked`: the name of the program, and the
+    parameters, if any, that replace the program's own parameters. `step`: the step at the cursor, from 1. Raises
+    UsageError if the program is running."""
     check_not_running(station, asked.name)
     stored = station.programs.get(key_of(asked.name))
     program = replace(asked, dialect=station.dialect) if stored is None else stored.program

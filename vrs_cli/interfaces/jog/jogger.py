@@ -183,8 +183,8 @@ class Jogger:
         return why
 
     def _go_straight(self, pose: transform.Transform, axis: hand.Axis, way: float, why: str) -> None:
-        """Move the tool along a straight line by `way` [mm, deg] from a pose. If `why` names a limit of the reach, try
-        shorter lines, too: near the end of the reach the joints may be unable to follow the whole line. Raises
+        """Move the tool along a straight line by `way` [mm, deg] from a pose. If `why` names a limit of the reach, also
+        try shorter lines: near the end of the reach the joints may be unable to follow the whole line. Raises
         MotionError if the arm can follow none of these lines."""
         for left_out in SHORTENINGS if why else (0.0,):
             by = way - copysign(left_out, way)

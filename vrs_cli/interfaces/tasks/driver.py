@@ -69,7 +69,7 @@ class AskedInVain(Exception):
 class _Run(Struct, eq=False):
     """A task that a user started and waits for, with its limits. `started`: when the run began [s]; `last`: when it
     must end [s]; `before`: the number of steps that all tasks had done when it began. `then`: the function to call with
-    the result if no request waits for it any more. `all_tasks`: the run lasts until all other tasks have ended, too.
+    the result if no request waits for it any more. `all_tasks`: the run lasts until all other tasks have also ended.
     `look`: the number of steps of the run after which memory is counted next."""
 
     track: tasks.Track
