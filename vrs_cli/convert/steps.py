@@ -40,10 +40,10 @@ class MoveStep(RunStep, frozen=True):
 
     It ends at `joints`, with the tool at `T_world_tool` relative to BASE; if it was interrupted, these describe the
     point of the interruption. `end`: when the motion ends or is interrupted [s]. `rounded`: the next motion begins
-    while this one slows down. `blend`: the distance between the tip and the target at that time [m]; 0 for a stop.
-    `motion`: the command. Maxima during the motion: `joint_rate`, as a fraction of the joints' maximum velocity;
-    `axis_speed` and `axis_acceleration` of the joint with the longest travel; `tip_speed`, `tip_acceleration` and
-    `turn_speed` of the tool.
+    while this one slows down. `blend`: the distance between the tip and the target when the next motion begins
+    [m]; 0 for a stop. `motion`: the command. Maxima during the motion: `joint_rate`, as a fraction of the joints'
+    maximum velocity; `axis_speed` and `axis_acceleration` of the joint with the longest travel; `tip_speed`,
+    `tip_acceleration` and `turn_speed` of the tool.
     """
 
     straight: bool

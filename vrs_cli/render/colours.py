@@ -117,7 +117,7 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE | re.IGNORECASE | re.DOTALL,
 )
-# matches indexes and the equals sign, if a name before them is assigned to
+# matches the text between an assigned name and its value: indexes, if any, and the equals sign
 _TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")
 
 # the first word of a line, after an optional numeric label

@@ -190,7 +190,7 @@ class TypedCheck(BaseCheck, frozen=True, tag="typed"):
 
 
 class WordsCheck(BaseCheck, frozen=True, tag="words"):
-    """A check that the submission uses some words, and does not use others."""
+    """A check that the submission uses certain words, and does not use certain other words."""
 
     use: tuple[str, ...] = ()
     avoid: tuple[str, ...] = ()

@@ -124,8 +124,8 @@ def _station(exercise: Exercise) -> Station:
 
 
 def _nobody(question: Question) -> None:
-    """Answer questions in place of a user, whom grading does not have: raise EndOfInput for PROMPT, and give no answer
-    to other questions."""
+    """Handle questions to the user, because no user is present during grading: raise EndOfInput for PROMPT, and give no
+    answer to other questions."""
     if isinstance(question, LineWanted):
         raise EndOfInput("PROMPT has nothing to read", "nobody types while a program is graded")
 
@@ -257,8 +257,9 @@ POINT_STEP = 0.01
 
 
 class Mark(Struct, frozen=True):
-    """The mark of one check: it earned `points` of `of` points for a reason. `at`: the time in the run at which the
-    reason can be seen [s]; None if there is no single time. `hint`: empty if all points were earned."""
+    """The mark of one check. `points`: the points earned; `of`: the maximum; `reason`: why the check earned these
+    points. `at`: the time in the run at which the reason can be seen [s]; None if there is no single time. `hint`:
+    empty if all points were earned."""
 
     name: str
     points: float

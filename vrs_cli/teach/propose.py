@@ -43,7 +43,7 @@ MOVABLE = 0.4  # [m] maximum size of a fixture that variants move; a larger fixt
 CLOSE = 0.06  # [m] maximum distance between a location and the part to which it belongs
 OVER = 0.25  # [m] maximum height above a fixture at which a location belongs to the fixture
 MAX_PLACES, MAX_PATHS, MAX_LINES, MAX_CHANGES, MAX_WRONG = 12, 6, 50, 20, 5
-SPARE_SPEED, SPARE_TIME = 1.1, 1.25  # ratio of a proposed limit of speed, of time, to the measured value
+SPARE_SPEED, SPARE_TIME = 1.1, 1.25  # ratio of a proposed limit to the measured value
 # words that a proposed check requires if the solution uses them
 NOTABLE = ("FRAME", "REACT", "REACTI", "WAIT", "CALL", "SHIFT", "FOR", "WHILE", "CASE")
 STEPS = (

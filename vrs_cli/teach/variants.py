@@ -220,8 +220,8 @@ def _moved_sensor(sensor: Sensor, T: transform.Transform) -> Sensor:
 
 
 def _changed_feeder(feeder: Feeder, names: frozenset[str], signals: frozenset[int], change: Change) -> Feeder:
-    """Return a feeder after the change of a group. It delivers to the moved place if one of its parts is in the group,
-    and later if its signal is."""
+    """Return a feeder after the change of a group. If one of its parts is in the group, it delivers to the moved
+    place; if its signal is in the group, it delivers later."""
     place = feeder.T_world_part
     if place is not None and names & frozenset(feeder.parts):
         feeder = structs.replace(feeder, T_world_part=transform.compose(change.T, place))

@@ -377,7 +377,8 @@ def numbers_meant(row: WordRow, given: Sequence[Expression | None]) -> str:
     numbers = [one for one in given if one is not None and ast.plain_number(one) is not None]
     texts, shape = [expression_text(number) for number in numbers], row.arguments[0].shape if row.arguments else None
     places = f"a place is TRANS({', '.join(texts)}) or a name, joints are #PPOINT"
-    beyond = 0 < len(row.arguments) < len(given) == len(numbers)  # True if too many arguments, all numbers
+    # True if there are too many arguments and all of them are numbers
+    beyond = 0 < len(row.arguments) < len(given) == len(numbers)
     place = beyond and shape in (Shape.PLACE, Shape.LOCATION)
     glued = len(numbers) == 2 and numbers[1].span.column == numbers[0].span.end + 1
     speed = len(given) == 2 and len(row.arguments) == 1 and shape is Shape.PLACE and numbers == [*given[1:]]

@@ -161,8 +161,9 @@ class _DirectCompiler(ProgramCompiler):
         return statements
 
     def _break_off(self, result: py.expr, left: py.expr) -> py.stmt:
-        """Return the code that gives up, so that the task continues with an activation: before the current operation,
-        or after it if this is a call that returned a negative `result`. `left`: the number of steps left."""
+        """Return the code that ends the direct call, so that the task continues the subroutine with an activation:
+        before the current operation, or after it if the operation is a call that returned a negative `result`.
+        `left`: the number of steps left in the time slice."""
         arguments: list[py.expr] = [*map(tree.name, self._given)]
         if len(self.parameters) > len(arguments):
             arguments.append(py.Starred(tree.name("o"), py.Load()))

@@ -49,9 +49,8 @@ CHECKED_BY_THE_ROBOT = (
 # values tried in place of an unknown real; if all cause the same error, any number is assumed to cause this error
 STAND_INS = (1.0, 8.0, 32.0)
 TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # instructions in which a bare number may be a channel of VAL
-NAMED = frozenset(
-    {Shape.UNIT, Shape.SETTING}
-)  # kinds of operand in which a name is kept as a name, not replaced by the variable's value
+# kinds of operand in which a name is kept as a name, not replaced by the variable's value
+NAMED = frozenset({Shape.UNIT, Shape.SETTING})
 REALS = NAMED | {Shape.REAL, Shape.GROUP, Shape.SIGNALS, Shape.TASK}
 
 

@@ -13,7 +13,7 @@ from weakref import finalize
 # the thresholds of gc: collect new objects after this many allocations; collect the next generation after this many
 # such collections
 COLLECT_AFTER, COLLECTIONS = 10_000, 5
-MANY = 20_000  # freeze the new objects if they are more than this, because a collection would then take longer
+MANY = 20_000  # if there are more new objects than this, freeze them, because collecting them would take longer
 FREED_AT_ONCE = 10_000  # free this many elements of a long sequence at once (about 5 ms), then let other threads run
 
 

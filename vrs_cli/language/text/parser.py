@@ -379,7 +379,7 @@ def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagn
 
 def duplicate_name(program: Program, above: int, how: str) -> Diagnostic:
     """Return the error for a program that has the name of another program. `above`: the number of lines in the file
-    above the program's part; `how`: the text after the name."""
+    above the program's part; `how`: the text that follows the name in the message."""
     return error(ProgramExists, replace(program.span, line=program.span.line + above), f"{program.name} {how}")
 
 

@@ -367,7 +367,7 @@ def path_points(pieces: Sequence[tip.Piece], error: float) -> list[transform.Vec
     places = [(pieces[0].start, pieces[0].at(0.0))]
     for piece in pieces:
         lasting = piece.finish - piece.start
-        # so many lines that each is off by at most half the error
+        # enough lines that each deviates from the path by at most half the error
         count = ceil(lasting * sqrt(piece.bend / (4.0 * error))) or 1
         places += [(piece.start + s, piece.at(s)) for s in (lasting * k / count for k in range(1, count + 1))]
     return [p for _, p in thin_out(places, 0.5 * error)]

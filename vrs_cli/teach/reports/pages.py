@@ -1,7 +1,7 @@
 """Write HTML pages: one for each student with marks, curves and a replay of the failure, and one for teachers.
 
-The students' folder has one viewer for all, and one recording per student. Students get that folder; the teacher's
-page is beside it.
+The students' folder has one viewer for all students, and one recording per student. Students get that folder; the
+teacher's page is beside it.
 """
 
 from __future__ import annotations
@@ -52,8 +52,9 @@ class Replay(Struct, frozen=True):
 
 
 def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | None]) -> Replay | None:
-    """Return the replay of the run with the first lost mark that has a time; else the run with the first lost mark;
-    else the first run. None if the submission did not run there."""
+    """Return the replay of one run: the run with the first lost mark that has a time; if there is none, the run with
+    the first lost mark; if no mark was lost, the first run. Return None if the submission did not run in this
+    variant."""
     lost = [one for one in shown_marks(exercise, grading) if not one.passed and one.reason]
     failed = next((one for one in lost if one.at is not None), lost[0] if lost else None)
     variant = failed.variant if failed is not None else 0
