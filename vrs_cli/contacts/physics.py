@@ -187,10 +187,10 @@ class Physics:
         m = self.m
         for body, (bits, owner, T, solid) in zip(slots, rows, strict=False):
             geom, kind = m.body_geomadr[body], self._kinds[solid]
-            shelf, row = self._kinds_model, self._kinds_model.geom(f"kind{kind}").id
-            self._move(body, compose(T, _pose(shelf.geom_pos[row], shelf.geom_quat[row])))
+            kinds, row = self._kinds_model, self._kinds_model.geom(f"kind{kind}").id
+            self._move(body, compose(T, _pose(kinds.geom_pos[row], kinds.geom_quat[row])))
             for column in ("geom_type", "geom_size", "geom_rbound", "geom_aabb"):
-                getattr(m, column)[geom] = getattr(shelf, column)[row]
+                getattr(m, column)[geom] = getattr(kinds, column)[row]
             if solid.form is SolidForm.HULL:
                 m.geom_dataid[geom] = m.mesh(f"kind{kind}").id
             self._compare(body, geom, bits)
@@ -269,9 +269,9 @@ class Physics:
 
     def ball_of(self, solids: Iterable[Solid]) -> Ball:
         """Return a ball around the solids of a part, in the part's frame. The solids must be among the `kinds`."""
-        shelf = self._kinds_model
-        rows = [shelf.geom(f"kind{self._kinds[solid]}").id for solid in solids]
-        return around([Ball(tuple(shelf.geom_pos[row].tolist()), float(shelf.geom_rbound[row])) for row in rows])
+        kinds = self._kinds_model
+        rows = [kinds.geom(f"kind{self._kinds[solid]}").id for solid in solids]
+        return around([Ball(tuple(kinds.geom_pos[row].tolist()), float(kinds.geom_rbound[row])) for row in rows])
 
 
 def link_bodies(spec: Any, model: RobotModel) -> list[Any]:

@@ -246,8 +246,8 @@ class Sockets(Outside):
 
     def take(self, now: float) -> Iterable[Arrival]:  # noqa: ARG002
         with self._arrivals_lock:
-            come, self._arrivals, self._due = self._arrivals, deque(), None
-        return come
+            arrivals, self._arrivals, self._due = self._arrivals, deque(), None
+        return arrivals
 
 
 def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:

@@ -38,7 +38,7 @@ SAME_TIME = 5e-4  # [s] times closer than this are shown as equal
 
 
 class WindowSize(Struct, frozen=True):
-    """How much of a book stays in memory: the commands and deltas of the last `changes` changes, and the last
+    """The part of a book that stays in memory: the commands and deltas of the last `changes` changes, and the last
     `segments` segments. A checkpoint is written when `checkpoint` changes have passed since the previous checkpoint.
     """
 

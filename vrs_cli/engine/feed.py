@@ -244,7 +244,7 @@ def last_values(timeline: Timeline, count: int) -> tuple[Event, ...]:
 
 
 class KnownEvents(Struct, frozen=True):
-    """Which events a known part of a timeline contains. In place of all events before number `first` the part has
+    """The events in the known part of a timeline. In place of all events before number `first` the part has
     `values` events: the last event of each channel.
     """
 

@@ -337,7 +337,7 @@ class Settings(Struct, frozen=True):
 
     @property
     def moves(self) -> bool:
-        """Whether motions move the robot: DRY.RUN is off."""
+        """True if motions move the robot: DRY.RUN is off."""
         return not self.switches["DRY.RUN"]
 
     @property
@@ -354,7 +354,7 @@ class Settings(Struct, frozen=True):
 
     @property
     def inserts(self) -> bool:
-        """Whether the motions scheduled after a new motion stay."""
+        """True if the motions scheduled after a new motion stay."""
         return self.parameters["INSERT"] == "ON"
 
     @property

@@ -202,7 +202,7 @@ def no_answer(_question: Question) -> None:
 T = TypeVar("T")
 
 Reaction = Answer | BaseException
-"""What the user's side sends back for a reply or question: the answer, or the error that occurred while showing it."""
+"""The response of the user's side to a reply or question: the answer, or the error that occurred while showing it."""
 
 Outlet = Callable[["Ticket[Any]", "Reply | Question | None"], None]
 """A function that the robot's thread calls with each reply and question of a request, and with None at its end."""

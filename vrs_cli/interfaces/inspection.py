@@ -86,6 +86,7 @@ class _Robot:
         return Engine(self.model)
 
     def perform(self, request: Request) -> None:
+        """Carry out a request. (Through `__getattr__`, naming this method would already make the engine.)"""
         self.engine.perform(request)
 
     def __getattr__(self, name: str) -> Any:

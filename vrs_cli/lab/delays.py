@@ -55,7 +55,7 @@ Score = TypeVar("Score", bound=Struct)  # a struct of numbers that measure the r
 
 
 class Strategy(Enum):
-    """What a remote viewer shows: the joint positions from one of these sources."""
+    """The sources of the joint positions that a remote viewer can show."""
 
     FRAMES = "frames"  # the last frame that has arrived: the robot when the frame was sent
     PREDICTED = "predicted"  # a frame that was sent with the position planned for the time when it is shown

@@ -415,15 +415,15 @@ class ClientSession(UserSession):
         self.submit(self._robot.check_and_note(self._pull_tool(), lambda: False), self._pulling)
 
     def _pull_tool(self) -> Dialogue[None]:
-        wish = self._drag_targets.pop()
+        target = self._drag_targets.pop()
         try:
-            yield from TargetControl(self.session).pull(wish.pose, wish.issued)
+            yield from TargetControl(self.session).pull(target.pose, target.issued)
         except VrsError as error:
             if not self._drag_refused:
                 yield refusal(error, "")
             self._drag_refused = True
         else:
-            self._drag_refused = self._drag_refused and wish.pose is not None
+            self._drag_refused = self._drag_refused and target.pose is not None
 
     def _use_folder(self, message: messages.Put | messages.Get | messages.Names, outlet: Outlet) -> None:
         robot = self._robot

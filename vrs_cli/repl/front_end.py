@@ -108,15 +108,15 @@ class Place(Protocol):
 
     @property
     def lives(self) -> bool:
-        """Whether the robot keeps running in real time while the user types a line."""
+        """True if the robot keeps running in real time while the user types a line."""
 
     @property
     def waits(self) -> bool:
-        """Whether the first prompt must wait for the robot, because the shell first shows or asks something."""
+        """True if the first prompt must wait for the robot, because the shell first shows or asks something."""
 
     @property
     def remote(self) -> bool:
-        """Whether the robot is behind a connection, so that answers take time."""
+        """True if the robot is behind a connection, so that answers take time."""
 
     @property
     def banner(self) -> str:

@@ -182,7 +182,7 @@ class Shell:
 
     @property
     def _hung_up(self) -> bool:
-        """Whether the terminal was closed. The user did not choose to leave, and cannot be asked anything."""
+        """True if the terminal was closed. The user did not choose to leave, and cannot be asked anything."""
         return self.prompts.app.input.closed
 
     # --- the interface for `run_loop` ---

@@ -413,7 +413,7 @@ class Exchange:
 
     @property
     def question_is_withdrawn(self) -> bool:
-        """Whether the current question no longer needs an answer."""
+        """True if the current question no longer needs an answer."""
         return self._question in self._withdrawn
 
     def come(self, message: ServerMessage) -> None:

@@ -32,14 +32,14 @@ class JointState(NamedTuple):
 
     @property
     def at_rest(self) -> bool:
-        """Whether the joints are at rest: they have neither a velocity nor an acceleration from which a motion must
+        """True if the joints are at rest: they have neither a velocity nor an acceleration from which a motion must
         continue.
         """
         return all(abs(v) <= NEGLIGIBLE for v in self.velocity) and not self.accelerating
 
     @property
     def accelerating(self) -> bool:
-        """Whether the joints have an acceleration from which a motion must continue."""
+        """True if the joints have an acceleration from which a motion must continue."""
         return any(abs(a) > STEADY for a in self.acceleration)
 
     @property
@@ -76,14 +76,14 @@ class ToolState(Struct, frozen=True):
 
     @property
     def at_rest(self) -> bool:
-        """Whether the tool is at rest: it has neither a velocity nor an acceleration from which a motion must
+        """True if the tool is at rest: it has neither a velocity nor an acceleration from which a motion must
         continue.
         """
         return length(self.velocity) <= NEGLIGIBLE and length(self.spin) <= NEGLIGIBLE and not self.accelerating
 
     @property
     def accelerating(self) -> bool:
-        """Whether the tool has an acceleration from which a motion must continue."""
+        """True if the tool has an acceleration from which a motion must continue."""
         return length(self.acceleration) > STEADY or length(self.spin_rate) > STEADY
 
 

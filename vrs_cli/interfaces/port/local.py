@@ -53,7 +53,7 @@ class _LocalUser(user_session.UserSession):
 
     @property
     def rate(self) -> float | None:
-        """How many seconds of the robot's time pass per second of real time; None if the robot's clock does not follow
+        """The seconds of the robot's time that pass per second of real time; None if the robot's clock does not follow
         real time."""
         clock = self.session.engine.clock
         return clock.rate if isinstance(clock, WallClock) and not clock.paused else None

@@ -60,7 +60,7 @@ class FollowedRobot(position.Watched, Protocol):
 
     @property
     def rate(self) -> float | None:
-        """How many seconds of the robot's time pass per second of real time; None if the robot's clock does not follow
+        """The seconds of the robot's time that pass per second of real time; None if the robot's clock does not follow
         real time."""
 
     @property
@@ -79,11 +79,11 @@ class Port(Protocol):
 
     @property
     def one_user(self) -> bool:
-        """Whether the robot has no other users."""
+        """True if the robot has no other users."""
 
     @property
     def open(self) -> bool:
-        """Whether there is a connection now; always true for a robot in the same process."""
+        """True if there is a connection now; always true for a robot in the same process."""
 
     @property
     def world(self) -> World | None:
@@ -91,11 +91,11 @@ class Port(Protocol):
 
     @property
     def cuts(self) -> int:
-        """How many times the connection has been lost."""
+        """The number of times the connection has been lost."""
 
     @property
     def stalls(self) -> int:
-        """How many times nothing has arrived for so long that the connection may have been lost."""
+        """The number of times nothing has arrived for so long that the connection may have been lost."""
 
     def check_open(self) -> None:
         """Check that there is a connection now. Raises RequestRefused."""
@@ -147,7 +147,7 @@ class Port(Protocol):
 
     @property
     def on_screen(self) -> object:
-        """What the open question shows on the full screen; None if the robot is in another process."""
+        """The content that the open question shows on the full screen; None if the robot is in another process."""
 
     @property
     def due(self) -> float:

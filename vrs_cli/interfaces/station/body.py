@@ -57,7 +57,7 @@ class BodyChange(Struct, frozen=True):
 
 
 BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | replies.Message
-"""What listeners of a body are told. A `Message` reports that an automatic reaction to an alarm has failed."""
+"""A notification to the listeners of a body. A `Message` reports that an automatic reaction to an alarm has failed."""
 
 
 class ClockSeen(Struct, frozen=True):

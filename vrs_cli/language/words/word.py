@@ -17,7 +17,7 @@ from msgspec import Struct, structs
 
 
 class Shape(Enum):
-    """What an argument must be: a number, a location, a program name and so on. The values explain each member."""
+    """The kinds of argument: a number, a location, a program name and so on. The values explain each member."""
 
     REAL = "real"
     STRING = "string"
@@ -129,7 +129,7 @@ class Role(Flag):
 
 
 class State(Enum):
-    """Whether a word is available. Using a REFUSED word is an error, whose message says what to write instead."""
+    """The availability of a word. Using a REFUSED word is an error, whose message says what to write instead."""
 
     SUPPORTED = "supported"
     REFUSED = "not available"

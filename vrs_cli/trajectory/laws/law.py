@@ -242,7 +242,7 @@ class Course(Struct, frozen=True):
 
     @property
     def stops_at_once(self) -> bool:
-        """Whether the change itself ends on the target."""
+        """True if the change itself ends on the target."""
         return not self.cruise and not self.slow.lasts
 
     def stretches(self, first: Phase) -> list[tuple[float, Phase]]:
