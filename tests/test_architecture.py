@@ -497,7 +497,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_837  # of Python, in all
+MAX_STATEMENTS = 64_834  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -507,7 +507,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "values": 1674,
     "trajectory": 3440,
     "engine": 5328,
-    "language": 7610,
+    "language": 7609,
     "wire": 1069,
     "files": 3400,
     "world": 1235,
@@ -515,7 +515,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "convert": 1065,
     "contacts": 992,
     "twin": 669,
-    "interfaces": 7690,
+    "interfaces": 7688,
     "net": 6861,
     "bodies": 974,
     "render": 2052,
