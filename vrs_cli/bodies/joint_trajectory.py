@@ -30,7 +30,7 @@ CUBIC = 3
 MIN_STEP = 1e-6
 JUMP = 1e-6  # [rad/s2, m/s2] minimum change of an acceleration that counts as a jump
 MIN_LENGTH = 0.5  # [s] minimum duration of a trajectory, because controllers refuse one that has already ended
-PAST = 0.05  # [s] how far the stamp of an immediate trajectory is in the past, so that the controller begins at once
+PAST = 0.05  # [s] how far the stamp of an immediate trajectory is in the past, so the controller begins immediately
 MARGIN = 0.2  # [s] assumed maximum time until a sent trajectory arrives
 NANOSECONDS = 1_000_000_000
 

@@ -27,7 +27,7 @@ from vrs_cli.values.measured import BodyMode, Report
 
 STEP = 1e-3  # [s] time step of the controller and of the simulation
 TICKS = 8  # number of simulation steps between two set points, which a quintic interpolates
-SLIDE = 0.1  # [m/rad] ratio of resolution and noise of a prismatic joint to those of a revolute joint
+SLIDE = 0.1  # [m/rad] resolution and noise of a prismatic joint, divided by the same values of a revolute joint
 MIN_MASS = 1e-9  # [kg] minimum mass, because MuJoCo requires a mass for each moving body
 END_STOP = 0.02  # [rad, m] distance from the end of a joint's range to its mechanical stop (our choice)
 STILL = 1e-2  # [rad/s, m/s] speed of a joint below which its brake locks

@@ -386,7 +386,7 @@ async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], 
     arm, random, attempt, begun = RosArm(body, settings, tell), Random(), 0, False
 
     async def hear_changes() -> None:
-        with suppress(VrsError):  # ignore the error here, because `ticks` raises it as well
+        with suppress(VrsError):  # ignore the error here, because `ticks` raises it too
             async for change in body.changes():
                 arm.change(change.cut if isinstance(change, TimelineDelta) else -inf)
 

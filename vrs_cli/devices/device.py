@@ -235,7 +235,7 @@ class Device(Struct, eq=False):
     expired: bool = False
     dialing: bool = False
     _fresh: bool = False
-    _refused: int | None = None  # outcome of the requested connection: 0 if it is open, else an error code; None before
+    _refused: int | None = None  # outcome of the requested connection: 0 if open, otherwise an error code; None before
     _connections: dict[int, DeviceConnection] = field(default_factory=dict)
 
     # --- opening and closing ---

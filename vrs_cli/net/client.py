@@ -38,7 +38,7 @@ from vrs_cli.net.protocol import SERVER_BYTES
 from vrs_cli.net.timesync import USUAL_PERCENTILE, Playout
 from vrs_cli.wire.codec import Encoding
 
-OPENING = 10.0  # [s] maximum time for each of the two handshakes: that of the socket, and hello
+OPENING = 10.0  # [s] maximum time for the handshake of the socket, and for the answer to `hello`
 KEEPALIVE, SILENT = 2.0, 10.0  # [s] time between two pings, and maximum wait for the answer
 CLOSING = 2.0  # [s] maximum time to close a socket
 LOOPBACK = ("localhost", "127.0.0.1", "::1")  # hosts that are reached without a proxy

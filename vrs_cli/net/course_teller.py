@@ -233,8 +233,8 @@ class CourseTeller:
                 self._timeline = self._known = None
 
     def change(self, timeline: Timeline, cut: Cut) -> None:
-        """Take a new timeline. `cut`: the times from which on its course and contacts differ from those of the previous
-        timeline."""
+        """Take a new timeline. `cut`: the times from which its course and its contacts differ from the course and the
+        contacts of the previous timeline."""
         if self._clients:
             with self._changed:
                 self._timeline, self._cut = timeline, self._cut.first(cut)

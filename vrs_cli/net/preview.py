@@ -101,7 +101,7 @@ class Preview:
 
     def begin(self, id: int) -> None:
         """Record that the robot has started a command. Forget a command that cannot be planned here: its changes now
-        arrive one by one."""
+        arrive from the robot, one after another."""
         with self._lock:
             if id in self._underway and self._underway[id].request is None:
                 self._forget(id)

@@ -53,7 +53,7 @@ SYSTEM_BUFFER_BYTES = 64 * 1024
 BACKLOG = 512 * 1024  # maximum number of bytes that wait for a socket, in addition to the bytes in the socket
 PING_INTERVAL_S, PING_TIMEOUT_S = 20.0, 20.0  # [s] time between two pings, and maximum wait for the answer
 MAX_REPORTED = 20  # maximum number of reported internal errors, each of which writes a file
-PAUSE = 1.0  # [s] pause after an internal error, which may occur again at once
+PAUSE = 1.0  # [s] pause after an internal error, because the error may occur again immediately
 FLOOD = 10.0  # [s] how long messages may arrive too fast before the connection is closed
 MAX_PARKED_BYTES = 4_000_000  # bytes of delayed requests above which the server stops reading from a client
 NO_RELAYS: Mapping[str, Relay] = MappingProxyType({})
@@ -543,8 +543,8 @@ class Server:
                 room.leave(client)
 
     def begin_anew(self, name: str, why: str) -> None:
-        """Close a robot, so that the next client opens it anew. Its users get the reason `why`, and reconnect. Any
-        thread may call this method."""
+        """Close a robot, so that it is opened again when the next client comes. Its users get the reason `why`, and
+        reconnect. Any thread may call this method."""
 
         async def begin() -> None:
             if (room := await asyncio.to_thread(self.hub.take_away, name)) is not None:

@@ -45,7 +45,7 @@ WAY = 10.0  # minimum displacement that counts as motion [standard deviations of
 LATELY = 0.15  # [s] samples of this last interval show the current errors
 MAX_DELAY = 1.5  # [s] maximum delay of the arm that is tested as a cause
 MAX_GROWTH = 0.5  # [s/s] maximum growth of the arm's delay
-SETTLING = (12.0, 24.0, 48.0, 96.0)  # [1/s] rates at which the deflection by a load may settle, tried one by one
+SETTLING = (12.0, 24.0, 48.0, 96.0)  # [1/s] rates at which the deflection by a load may settle; each is tried
 OTHER_SPEED = 0.02  # [rad/s, m/s] minimum growth rate of a residual if another commander moves the arm
 Likely = tuple[DivergenceCause, str]
 
@@ -241,7 +241,7 @@ SECOND = round(1.0 / BLOCK)  # number of blocks per second
 WAITS = 3  # [s] age of a second of data when the healthy model learns from it
 CALM = 25.0  # a robot whose squared residuals stay below this for a second has recovered
 BEFORE = 0.1  # [s] how much data from before the onset of a divergence is included in the evidence
-SAMPLE_NOISE = 2.0  # ratio of the noise of one sample to that of a block, which averages five reports
+SAMPLE_NOISE = 2.0  # ratio of the noise of one sample to the noise of a block, which averages five reports
 MEMORY = 3.0  # [s] time for which reports are kept as evidence
 EDITS = 10.0  # [s] time for which a replaced timeline is kept
 

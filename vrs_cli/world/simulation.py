@@ -317,7 +317,7 @@ class Simulation:
                 return
 
     def _fall_from(self, names: Iterable[str]) -> None:
-        """Let those of the named parts fall that have lost their support, and then the parts that rested on them."""
+        """Let each named part fall if it has lost its support, and then the parts that rested on it."""
         history, settings = self.history, self._settings
         for name in sorted(names, key=lambda name: (self.span(name, history.now).T.pz, name)):
             span = self.span(name, history.now)
