@@ -138,9 +138,11 @@ def nearest(word: str, known: Iterable[str], least: float = 0.6) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Return the hint `did you mean MOVES?`, or `otherwise` if no known word is similar."""
-    near = nearest(word, known)
-    return f"did you mean {near}?" if near else otherwise
+    """Return the hint `did you mean MOVES?` with the most similar known word, ignoring case; `otherwise` if no word is
+    similar."""
+    choices = {name.lower(): name for name in known}
+    near = nearest(word.lower(), choices)
+    return f"did you mean {choices[near]}?" if near else otherwise
 
 
 @contextmanager

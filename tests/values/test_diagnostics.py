@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from vrs_cli.errors import IllegalExpression, UnknownInstruction
-from vrs_cli.values.diagnostics import MAX_LINE_CHARS, LineRefused, Span, did_you_mean, error, show, warning
+from vrs_cli.errors import IllegalExpression, UnknownInstruction, did_you_mean
+from vrs_cli.values.diagnostics import MAX_LINE_CHARS, LineRefused, Span, error, show, warning
 
 
 def test_message() -> None:

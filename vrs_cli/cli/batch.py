@@ -24,7 +24,7 @@ from vrs_cli.cli.outputs import Outputs, journal
 from vrs_cli.cli.sources import Source, cell_file, has_errors, pose_object, position_object, robot_of, sources_of, tidy
 from vrs_cli.engine.book import displacement_of
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import EndOfInput, FileError, LimitReached, UndefinedName, VrsError
+from vrs_cli.errors import EndOfInput, FileError, LimitReached, UndefinedName, VrsError, did_you_mean
 from vrs_cli.files import opening, program_file
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.station.station import Station
@@ -36,7 +36,7 @@ from vrs_cli.render.progress import RunProgress
 from vrs_cli.repl import interrupt, piped
 from vrs_cli.trajectory.instant import round_to_ns
 from vrs_cli.values import questions, replies
-from vrs_cli.values.diagnostics import Diagnostic, Severity, did_you_mean
+from vrs_cli.values.diagnostics import Diagnostic, Severity
 from vrs_cli.values.numbers import count
 from vrs_cli.values.results import ProgramFault, RunResult, StoppedTask, Untrue
 

@@ -21,7 +21,6 @@ from vrs_cli import errors
 from vrs_cli.files.atomic import NewFile, atomically, create_beside, hold
 from vrs_cli.files.opening import FREE, Folder, neighbours, reason, text_of, unreadable
 from vrs_cli.language.run.effects import DISKS, SUCCESS, Access
-from vrs_cli.values.diagnostics import did_you_mean
 from vrs_cli.values.replies import FileRow
 
 
@@ -108,7 +107,7 @@ def _telling(what: str) -> Iterator[None]:
 
 
 def _near(path: Path) -> str:
-    return did_you_mean(path.name, neighbours(path))
+    return errors.did_you_mean(path.name, neighbours(path))
 
 
 # --- the working folder of a run -------------------------------------------------------------------------------------

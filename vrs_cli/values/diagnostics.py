@@ -11,7 +11,7 @@ from typing import Final, Protocol, TypeVar
 
 from msgspec import Struct
 
-from vrs_cli.errors import ProgramError, VrsError, nearest, sentence
+from vrs_cli.errors import ProgramError, VrsError, sentence
 
 
 class Dialect(Enum):
@@ -181,13 +181,6 @@ def _stretch(line: str, span: Span) -> tuple[str, Span]:
 def _pointer(line: str, span: Span) -> str:
     indent = "".join("\t" if c == "\t" else " " for c in line[: span.column - 1].ljust(span.column - 1))
     return indent + "^" * max(1, min(span.end, len(line.rstrip()) + 1) - span.column)
-
-
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return `did you mean MOVES?` with the most similar known word, ignoring case; "" if no word is similar."""
-    choices = {name.lower(): name for name in known}
-    near = nearest(word.lower(), choices)
-    return f"did you mean {choices[near]}?" if near else ""
 
 
 class Span(Struct, frozen=True):

@@ -52,6 +52,20 @@ def test_words_may_be_cut_short(typed: str, word: str) -> None:
     assert page(typed).word == word
 
 
+@pytest.mark.parametrize(("typed", "topic"), [("TUTO", "First lines to type"), ("pict", "See the arm")])
+def test_topics_may_be_cut_short(typed: str, topic: str) -> None:
+    assert [reply.title for reply in help_on(typed) if isinstance(reply, HelpTopic)] == [topic]
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"), [("TUTORAIL", "TUTORIAL"), ("veiw", "VIEW"), ("EDITNIG", "EDITING"), ("MOVEX", "MOVE")]
+)
+def test_a_hint_names_the_most_similar_word_or_topic(typed: str, meant: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        list(help_on(typed))
+    assert refused.value.hint == f"did you mean {meant}?"
+
+
 def test_words_that_are_not_there_say_so() -> None:
     missing = [row for row in ROWS.values() if row.state is not State.SUPPORTED]
     assert len(missing) > 50

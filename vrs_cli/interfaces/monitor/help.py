@@ -101,11 +101,12 @@ _SHORT = {  # short names of groups, to be typed after HELP
 
 def help_on(word: str) -> Iterator[Reply]:
     """Yield the help on a word or topic; the overview for "". Raises UsageError for an unknown word."""
-    topic = _topics().get(word.upper())
+    name = _full_name(word.upper()) if word else ""
+    topic = _topics().get(name)
     if topic is not None:
         yield topic
-    if topic is None or word.upper() in ALL_NAMES:
-        yield page(word) if word else overview()
+    if topic is None or name in ALL_NAMES:
+        yield page(name) if name else overview()
 
 
 def overview() -> HelpOverview:
@@ -145,7 +146,8 @@ def page(typed: str) -> HelpPage:
     if not entries or name in LINKS:
         entries += tuple(_users(name))
     if not entries:
-        raise UsageError(f"there is no help on {name}", did_you_mean(name, ALL_NAMES, "HELP alone lists all words"))
+        known = (*ALL_NAMES, *_topics())
+        raise UsageError(f"there is no help on {name}", did_you_mean(name, known, "HELP alone lists all words"))
     return HelpPage(name, entries)
 
 
@@ -153,17 +155,17 @@ ALL_NAMES = [*COMMANDS, *INSTRUCTIONS, *CONTROL, *FUNCTIONS, *OPERATORS, *LINKS,
 
 
 def _full_name(name: str) -> str:
-    """Return the name under which a word is listed in the tables. The word may be an abbreviation, another spelling, or
-    the name in another robot language. Raises UsageError for an ambiguous abbreviation."""
+    """Return the name of a topic, or the name under which a word is listed in the tables. The word may be an abbreviation,
+    another spelling, or the name in another robot language. Raises UsageError for an ambiguous abbreviation."""
     name = next((row.name for row in OPERATORS.values() if row.also == name), name)
-    if name in ALL_NAMES or any(_users(name)):
+    if name in ALL_NAMES or name in _topics() or any(_users(name)):
         return name
     if ours := foreign.own_word(name):
         return ours
     found = rows_for(name, COMMANDS, INSTRUCTIONS, CONTROL)
     if len(found) == 1:
         return found[0].name
-    starting = sorted({known for known in ALL_NAMES if known.startswith(name)})
+    starting = sorted({known for known in (*ALL_NAMES, *_topics()) if known.startswith(name)})
     if len(starting) > 1:
         raise UsageError(f"{name} can be {', '.join(starting)}", "write more of the word")
     return starting[0] if starting else name

@@ -43,6 +43,7 @@ from vrs_cli.errors import (
     UsageError,
     WithoutEffect,
     WordAsName,
+    did_you_mean,
 )
 from vrs_cli.language.analysis.expressions import SHAPES, Expressions, count_mistakes, is_truth, numbers_meant
 from vrs_cli.language.analysis.names import (
@@ -78,7 +79,7 @@ from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, kinds_of_name
 from vrs_cli.language.words.word import Argument, Route, Shape, State, Word, argument_at
-from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, in_order, warning
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, in_order, warning
 from vrs_cli.values.numbers import count
 
 _PLACES = frozenset({Shape.PLACE, Shape.LOCATION})

@@ -25,6 +25,7 @@ from vrs_cli.errors import (
     TypeMismatch,
     UnknownKeyword,
     WithoutEffect,
+    did_you_mean,
 )
 from vrs_cli.language.analysis.names import (
     ANY_KIND,
@@ -48,7 +49,7 @@ from vrs_cli.language.words.foreign import first_hint, form_of, own_function
 from vrs_cli.language.words.functions import FUNCTIONS, LOGICAL, ORDER, RELATIONS, VAL_ORDER
 from vrs_cli.language.words.values import INPUTS, INTERNAL, NAME_LENGTH, ON_AND_OFF, Kind
 from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usable_names
-from vrs_cli.values.diagnostics import Span, did_you_mean
+from vrs_cli.values.diagnostics import Span
 
 # matches conversions and escapes of C and Python strings, which TYPE would print as they are: %d, \n, {x}
 _PRINTF = r"(?<![\d%])%[-+]?\d*(?:\.\d+)?[dfsgiu](?![A-Za-z])|\\[nt]$|^[^\\:]*\\n|\{[A-Za-z]\w*\}"

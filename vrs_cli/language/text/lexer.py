@@ -21,6 +21,7 @@ from vrs_cli.errors import (
     UnknownInstruction,
     UsageError,
     VrsError,
+    did_you_mean,
 )
 from vrs_cli.language.words.foreign import (
     FOREIGN_COMMENT,
@@ -52,7 +53,7 @@ from vrs_cli.language.words.instructions import (
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import NAME_LENGTH
 from vrs_cli.language.words.word import SORT_WORDS, Control, Shape, State, Word, argument_at, rows_for, usable_names
-from vrs_cli.values.diagnostics import LineRefused, Span, did_you_mean, refusal
+from vrs_cli.values.diagnostics import LineRefused, Span, refusal
 
 LABEL_HIGH = 65535
 MAX_TOKENS = 400  # lines with more tokens are refused; useful VAL-II lines have far fewer

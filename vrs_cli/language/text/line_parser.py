@@ -19,7 +19,7 @@ from typing import Any, Protocol, cast
 from msgspec import Struct
 from msgspec.structs import astuple, replace
 
-from vrs_cli.errors import CannotInterpret, IllegalExpression, MissingParenthesis, ProgramError
+from vrs_cli.errors import CannotInterpret, IllegalExpression, MissingParenthesis, ProgramError, did_you_mean
 from vrs_cli.extras import cached, shipped_folder
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Entry, Expression, Number, ProgramHeader, Statement, Step, Variable, resolve_line
@@ -30,7 +30,7 @@ from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL, RESERVED
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import MODIFIERS, Shape, Word
-from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, error
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, error
 
 END = "$END"  # Lark's name of the terminal after the last token
 FORM = "table 1"  # version of the cached table's format; a change makes vrs ignore older cached tables

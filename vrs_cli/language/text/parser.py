@@ -19,7 +19,7 @@ from typing import Any, Final, TypeVar
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.errors import CannotInterpret, ControlStructure, FileDamaged, ProgramExists, TypeMismatch
+from vrs_cli.errors import CannotInterpret, ControlStructure, FileDamaged, ProgramExists, TypeMismatch, did_you_mean
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import (
     ANGLES,
@@ -49,7 +49,6 @@ from vrs_cli.values.diagnostics import (
     LineRefused,
     Severity,
     Span,
-    did_you_mean,
     error,
     in_order,
 )
