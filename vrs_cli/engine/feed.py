@@ -105,8 +105,8 @@ class Subscription(Generic[E]):
         if len(self._queue) + len(events) > self.most:
             missed = len(events)
             for left_out in self._queue.take_all():
-                # a MissedEvents stands for `count` events, but the event that was queued with it replaces one of these
-                # and is counted too: subtract it
+                # a MissedEvents stands for `count` events; the event of `instead` that follows it in the queue was
+                # never published, but this loop counts it: subtract 1
                 missed += left_out.count - 1 if isinstance(left_out, MissedEvents) else 1
             told = MissedEvents(missed), instead()
         for event in told:

@@ -239,14 +239,15 @@ class _Line:
         by an exactly computed factor; the path stays the same.
         """
         stretches = self._stretches(self.limits)
-        pose, goal = self.state.pose, self.goal  # `way` is the line with time = covered fraction of the line
+        # `line`: the straight line as a function of its covered fraction (0 to 1) in place of time
+        pose, goal = self.state.pose, self.goal
         axis, angle = axis_angle(compose(inverse(pose), goal))
         x, y, z = ((a, b - a) for a, b in zip(position(pose), position(goal), strict=True))
         turns = (Turn(axis, (0.0, angle)),) if angle else ()
-        way = CartesianPath((x, y, z), pose, turns, self.configuration, (self.joints.joints,), 1.0)
+        line = CartesianPath((x, y, z), pose, turns, self.configuration, (self.joints.joints,), 1.0)
         try:
-            found = survey(self.follower, way, 1.0)
-            kinks = Kinks(self.follower, way, found.touches) if found.touches else None
+            found = survey(self.follower, line, 1.0)
+            kinks = Kinks(self.follower, line, found.touches) if found.touches else None
             stops = kinks.stops(self.joints.joints) if kinks else []
         except MotionError:
             self._follow(stretches)  # may raise the error of an earlier point of the line

@@ -166,10 +166,10 @@ class Pursuit:
         return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there, now, pace)))
 
     def _ahead(self, coming: Sequence[Joints], pace: JointPace) -> tuple[Joints, Joints]:
-        """Return how far the goal may be below and above each joint [rad, m]. The goal must not lead the arm across the
-        axis of joint 1. So near the axis the distances of all joints are reduced in proportion: the joints can then
-        stop before the axis from any speed, and can still move along it. Joints that would cross the axis are moved
-        back."""
+        """Return how far the goal may be below and above the current value of each joint [rad, m]. The goal must not
+        lead the arm across the axis of joint 1. Near this axis, distances in the direction of the axis are reduced in
+        proportion to the room that is left, so that the joints can stop before it from any speed. They can still move
+        parallel to the axis. If the planned motion would cross the axis, the goal moves back."""
         ahead = pace.ahead
         if self._side is None:
             return ahead, ahead

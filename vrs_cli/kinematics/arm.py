@@ -114,11 +114,10 @@ class RobotArm:
     `model.task` is the part of a pose that counts for an arm with fewer than six degrees of freedom. A pose that needs
     a motion that no joint can make is out of reach. Each arm has only one object, so the object may cache results.
 
-    `ways`: the configurations of the arm; a single configuration without words if the arm has no choice.
-    `lines_keep_words`: true if all poses between two configurations are singular; a straight line then stays in one
-    configuration, and so does a MOVE if possible. `seed_step`: the maximum distance [rad, m] of `near` from a solution
-    for which `branch_joints` surely finds this solution. `method`: the name of the method of inverse kinematics, shown
-    to users.
+    `ways`: the configurations of the arm; if it has only one, no word selects it. `lines_keep_words`: true if all poses
+    between two configurations are singular; a straight line then stays in one configuration, and so does a MOVE if
+    possible. `seed_step`: the maximum distance [rad, m] of `near` from a solution for which `branch_joints` surely
+    finds this solution. `method`: the name of the method of inverse kinematics, shown to users.
     """
 
     ways: tuple[Configuration, ...] = (NONE,)

@@ -43,23 +43,26 @@ class Forbidden(Struct, frozen=True):
 
 
 class Unchanging(Struct, frozen=True):
-    """The parts of the flange's pose that no joint can change. `places`: directions, and the constant coordinate of the
-    flange along each [m]. `approach`: the constant direction of its Z axis, None if it can change.
+    """The coordinates and the direction of the flange that no joint of an arm can change. `places`: directions, and the
+    constant coordinate of the flange along each [m]. `approach`: the constant direction of the flange's Z axis, None if
+    it can change.
     """
 
     places: tuple[tuple[Vector, float], ...] = ()
     approach: Vector | None = None
 
     def allows(self, T: Transform) -> bool:
-        """Return whether a pose of the flange has the constant values of these parts."""
+        """Return whether a pose of the flange agrees with the coordinates and the direction that this arm cannot
+        change.
+        """
         at = transform.position(T)
         return (
             not self.places or all(abs(transform.dot(at, way) - value) <= LEVEL for way, value in self.places)
         ) and (self.approach is None or _angle(self.approach, axis_of(T).direction) <= STRAIGHT)
 
     def forbids(self, T: Transform) -> Forbidden | None:
-        """Return why no joints reach a pose of the flange, because a part of it cannot change; None if the pose has all
-        constant values.
+        """Return why no joints reach a pose of the flange, if it differs from what this arm cannot change; None if it
+        agrees.
         """
         approach, at = self.approach, transform.position(T)
         if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
@@ -89,8 +92,8 @@ class Unchanging(Struct, frozen=True):
 
 
 def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unchanging:
-    """Return the parts of the flange's pose that no joint can change, found by comparing sample poses. An arm with six
-    degrees of freedom has no such parts.
+    """Return what no joint can change in the flange's pose, found by comparing sample poses. An arm with six degrees of
+    freedom can change everything.
     """
     if model.joint_count >= ALL_PARTS and all(model.counts):
         return Unchanging()

@@ -304,8 +304,8 @@ class Configuration(ArmWords, frozen=True, kw_only=True):
 
 # [rad] below this angle of joint 5 the wrist counts as straight, where FLIP and NOFLIP are the same
 WRIST_SINGULAR = 1e-6
-# the configuration without words, for an arm with only one configuration or with more configurations than words can
-# name
+# the configuration that no word selects, of an arm with only one configuration or with more configurations than words
+# can name
 NONE = Configuration.of()
 SIDES: tuple[Configuration, ...] = tuple(
     map(Configuration.of, Arm)

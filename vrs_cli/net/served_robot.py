@@ -200,9 +200,9 @@ class Plan(Struct, frozen=True):
 
     `folder`: the folder of its files. `journal`: the file for its timeline; None: no file. `realtime`: seconds of the
     robot's clock per second; None: virtual time. `one_user`: all clients are one person, who gets the lease only by
-    requesting it. `idle`: time without users and viewers after which the robot is paused [s]. `reach`: how much of the
-    journal stays in memory. `cell`: the cell around the robot. `styled`: renders a reply as lines of a given width, for
-    clients that request them with `rendered`.
+    requesting it, not by giving a command. `idle`: time without users and viewers after which the robot is paused [s].
+    `reach`: the part of the journal that stays in memory. `cell`: the cell around the robot. `styled`: renders a reply
+    as lines of a given width, for clients that request them with `rendered`.
     """
 
     model: RobotModel

@@ -144,8 +144,8 @@ class TokenFile:
         return found != before
 
     def _read_grants(self) -> Tokens:
-        """Read the file; return its tokens. Raises FileError, and FileDamaged if two tokens would have own robots of
-        the same name. Names are compared without case, because some file systems ignore it.
+        """Read the token file and return its tokens. Raises FileError, or FileDamaged if a robot of a token would have
+        the name of another robot. The comparison ignores case, because some file systems do.
         """
         tokens, whose = read_tokens(self.path), {robot.casefold(): "the robot of all" for robot in self._robots}
         for grant in tokens.grants:

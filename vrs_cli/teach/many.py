@@ -186,7 +186,7 @@ def _signals_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-# --- in the process of an item ---------------------------------------------------------------------------------------
+# --- in the child process that processes one item --------------------------------------------------------------------
 
 
 def _run_apart(work: Callable[[Item], bytes], item: Item, sending: Any, folder: Path, limits: ProcessLimits) -> None:

@@ -240,9 +240,9 @@ class MeasuredTimeline(Sequence[Report]):
 
     def as_timeline(self, begin: float, end: float, like: Timeline | None = None) -> Timeline | None:
         """Return the reports from time `begin` to time `end` [s] as a timeline of segments, so that code for timelines
-        also reads measured ones. It interpolates as this timeline does, but the robot is at rest while the joints are
-        unknown. BASE, TOOL and events are those of the timeline `like`. Times are rounded to the grid of timelines
-        (0.93 ns). Return None if there is no report.
+        also reads measured ones. The segments interpolate between reports in the same way as `joints_at`, but the robot
+        is at rest while the joints are unknown. BASE, TOOL and events are copied from the timeline `like`. Times are
+        rounded to the grid of timelines (0.93 ns). Return None if there is no report.
         """
         reports = list(self.between(begin, end))
         if not reports:

@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.batch import Continuation, NumericBatch
 
 
-# weights of the gradient that are tried one after the other: how far a walk moves the joints along the gradient that
-# pulls them towards the middles of their ranges, in total over all its steps
+# weights of the gradient that pulls joints towards the middle of their ranges, in the order in which walks try them;
+# each walk distributes its weight evenly over its steps
 PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)
 # fraction of a joint's range: a joint path (walk) that stays at least this far from every joint limit is accepted
 # immediately
@@ -52,8 +52,8 @@ ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {ArmTask.S
 
 
 class NumericArm(RobotArm):
-    """An arm with any arrangement of axes, solved numerically. It has one configuration, without words. The methods are
-    those of `arm.RobotArm`.
+    """An arm with any arrangement of axes, solved numerically. It has one configuration, which no word (RIGHTY, ABOVE
+    ...) selects. The methods are those of `arm.RobotArm`.
     """
 
     seed_step = 0.1

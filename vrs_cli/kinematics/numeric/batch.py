@@ -210,8 +210,8 @@ def with_guides(J: Floats, error: Floats, q: Floats, weights: Floats, values: Fl
 
 
 def _as_long_as_angle(v: Floats, cosine: Floats) -> Floats:
-    """Return rotation vectors (N, 3), whose lengths are angles, for vectors v whose lengths are the sines of these
-    angles.
+    """Return vectors v (N, 3), scaled so that their lengths are angles [rad] in place of the sines of these angles.
+    `cosine` (N,): the cosines of the angles.
     """
     sine = np.linalg.norm(v, axis=1)
     factor = np.arctan2(sine, cosine) / np.maximum(sine, 1e-12)
@@ -225,7 +225,7 @@ def _as_long_as_angle(v: Floats, cosine: Floats) -> Floats:
 
 LENGTH = 0.4  # unit of length in proofs, as a fraction of the longest lever; proofs succeed most often with this value
 MAX_KANTOROVICH = 0.5  # the theorem of Kantorovich is valid if beta L eta (see above) is at most this
-LOST = 0.9  # maximum |1 - A F'| that a proof accepts; F' is certain to have an inverse if this norm is below 1
+LOST = 0.9  # a proof succeeds only if |1 - A F'| (see above) is below this value; below 1, F' certainly has an inverse
 HERMITE = 1.0 / 384.0  # maximum interpolation error of the cubic, as a fraction of the fourth derivative
 # maximum error of the cubic caused by errors of its slopes at both ends, as a fraction of these errors
 SLOPES = 8.0 / 27.0

@@ -101,8 +101,8 @@ def rotation_vector(have: Transform, want: Transform) -> Vector:
 
 
 def as_long_as_angle(v: Vector, cosine: float) -> Vector:
-    """Return the rotation vector with the direction of v, whose length is the sine of the angle; `cosine` is the cosine
-    of the angle.
+    """Return v, scaled so that its length is an angle [rad] in place of the sine of this angle. `cosine`: the cosine of
+    the angle.
     """
     sine = hypot(*v)
     if sine < 1e-12:  # the angle is 0, or 180 deg with an unknown axis: use any, because the next step corrects it
@@ -185,12 +185,12 @@ class _StepWriter(compiled.Writer):
         ]
         n, s, a, _ = self.columns
         v, w = self.mix(("u0", n), ("u1", s), ("u2", a)), self.mix(("u3", n), ("u4", s), ("u5", a))
-        # twist of the point of the flange that is at the origin of frame `SEEN_FROM`
+        # twist of the flange, taken at the origin of frame `SEEN_FROM`
         twist = *self.add_crosses(v, (self.flange[3], w)), *w
         wanted = zip((*self._missing(), *sums), (*twist, *(f"r{k}" for k in guides)), strict=True)
         columns = list[
             tuple[compiled.Entry, ...]
-        ]()  # columns of the Jacobian: velocity of the flange's point at the origin, and angular velocity
+        ]()  # columns of the Jacobian: the flange's velocity at the origin, and its angular velocity
         for link, (z, o) in zip(self.all, self.axes, strict=True):
             columns.append((*z, *compiled.STILL) if link.kind is JointKind.PRISMATIC else (*self.cross(o, z), *z))
         rows = (*zip(*columns, strict=True), *weights)
@@ -203,8 +203,8 @@ class _StepWriter(compiled.Writer):
         )
 
     def _missing(self) -> tuple[compiled.Entry, ...]:
-        """Return the remaining error to the pose T: the displacement of the flange's point that is at the origin, and
-        the rotation vector.
+        """Return the remaining error to the pose T, as a displacement of the flange taken at the origin of frame
+        `SEEN_FROM`, and a rotation vector.
         """
         n, s, a, origin = [(f"p{i}", f"p{i + 4}", f"p{i + 8}") for i in range(4)]
         *want, p = self.product((n, s, a, origin))

@@ -49,7 +49,7 @@ class _Open(Struct):
     span: Span
     middles: list[int] = field(default_factory=list)
     complete: bool = False  # whether ELSE or ANY was found, so that only END may follow
-    vague: bool = False  # whether it is uncertain that a block was opened, because its opening line did not parse
+    vague: bool = False  # whether it is uncertain that the line opened a block, because it has a syntax error
 
     @property
     def closing(self) -> str:
@@ -69,7 +69,7 @@ class Structure(DiagnosticCollector):
         self.blocks: list[Block] = []
         self.labels: dict[int, int] = {}
         self._open: list[_Open] = []
-        self._vague_ends = 0  # number of END and UNTIL steps that were paired with doubtful blocks
+        self._vague_ends = 0  # number of END and UNTIL steps that were paired with uncertain (`vague`) blocks
 
     def step(self, index: int, statement: Statement) -> None:
         if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
@@ -90,8 +90,11 @@ class Structure(DiagnosticCollector):
             )
 
     def end(self, program: Program) -> None:
-        """Report blocks without an end, and jumps to labels that no step has. For each end that was paired with a
-        doubtful block, one block fewer is reported. A line that does not parse may have its first word as a label."""
+        """Report blocks without an end, and jumps to labels that no step has.
+
+        A line with a syntax error may or may not open a block, and its first word may be a label. So each END that was
+        paired with such an uncertain block may belong to another block: one block fewer is reported. Jumps to such a
+        label are not reported."""
         missing = [block for block in self._open if not block.vague]
         for block in missing[: max(0, len(missing) - self._vague_ends)]:
             self._fault(block.span, f"{block.name} has no {block.closing}")
@@ -126,8 +129,8 @@ class Structure(DiagnosticCollector):
         self._open.append(_Open(_OPENERS[type(statement)], index, statement.span))
 
     def _unread(self, index: int, line: ast.BadLine) -> None:
-        """Let a line that does not parse open, divide or close the block that it seems to mean, so that no missing END
-        or ELSE without IF is reported in addition to the line itself."""
+        """Treat a line with a syntax error as the first step, the ELSE or the END of a block, whichever it seems to be,
+        so that a missing END or a superfluous ELSE is not reported in addition to the line itself."""
         words = _words(line.text)
         first, last = words[0], words[-1]
         if own_word(first) == "END":  # a word of another language for END, such as ENDFOR
@@ -147,7 +150,8 @@ class Structure(DiagnosticCollector):
                 self._open.append(_Open(kind, index, line.span, vague=not sure))
 
     def _innermost(self, kind: BlockKind) -> _Open | None:
-        """Return the innermost open block, or None. Doubtful blocks of another kind inside it are removed first."""
+        """Return the innermost open block, or None. First remove uncertain (`vague`) blocks of other kinds that are
+        inside it."""
         while self._open and self._open[-1].vague and self._open[-1].kind is not kind:
             self._open.pop()
         return self._open[-1] if self._open else None
@@ -190,7 +194,7 @@ _OPENERS: Mapping[type, BlockKind] = {
     ast.Case: BlockKind.CASE,
 }
 
-# the kind of block that a line that does not parse opens, by its last word, or divides, by its first word (None: ELSEIF
+# the kind of block that a line with a syntax error opens, by its last word, or divides, by its first word (None: ELSEIF
 # divides a block, but VAL-II has no such step)
 _UNREAD_LAST: Mapping[str, BlockKind] = {"THEN": BlockKind.IF, "DO": BlockKind.WHILE, "OF": BlockKind.CASE}
 _UNREAD_MIDDLES: Mapping[str, BlockKind | None] = {

@@ -67,8 +67,8 @@ class Wait(Effect, frozen=True):
 
 
 class WaitEvent(Effect, frozen=True):
-    """WAIT.EVENT: hold the program until another task sets the event (a flag) of this task, but at most for `seconds`
-    if not None. `event`: whether the event ends the wait."""
+    """WAIT.EVENT: hold the program until its task's event (a flag) is set, or `seconds` have passed (None: no time
+    limit). If `event` is False, only the time counts."""
 
     event: bool
     seconds: float | None = None

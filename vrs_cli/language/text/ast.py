@@ -275,7 +275,7 @@ class End(Node, frozen=True):
 
 
 class BadLine(Node, frozen=True):
-    """A line that does not parse. It is kept as typed and listed with `?`. A program with such a line cannot run."""
+    """A line with a syntax error. It is kept as typed and listed with `?`. A program with such a line cannot run."""
 
     text: str
 

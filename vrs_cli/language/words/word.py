@@ -136,9 +136,9 @@ class State(Enum):
 
 
 class Argument(Struct, frozen=True):
-    """An operand of a word, read from its printed form. `name`: its name in the form; `shape`: what it must be;
-    `optional`, `repeated`: whether it may be omitted, or given several times; `lead`: the word before it in place of a
-    comma (`STEP dt`), or "".
+    """An operand of a word, as the printed form of the word shows it (`MOVE location [AT t | IN dt]`). `name`: its name
+    there; `shape`: the kind of text that it accepts; `optional`, `repeated`: whether it may be omitted, or given
+    several times; `lead`: the word before it in place of a comma (`STEP dt`), or "".
 
     After the leads BY and =, further arguments may follow with commas.
     """

@@ -263,8 +263,8 @@ def _common(a: Sequence[Window], b: Sequence[Window]) -> list[Window]:
     return [span for span in both if span[1] > span[0]]
 
 
-COARSE = 0.25  # error of the lines that first approximate a path, as a fraction of the allowed distance
-FINE = 0.5  # error of these lines if COARSE cannot decide, as a fraction of the rounding step
+COARSE = 0.25  # maximum error of the first approximation of a path by lines, as a fraction of the allowed deviation
+FINE = 0.5  # maximum error of the second approximation, if the first cannot decide, as a fraction of the rounding step
 
 
 def judge_like_model(check: checks.LikeModelCheck, run: basis.JudgedRun) -> basis.Verdict:

@@ -4,6 +4,9 @@ motion, which LSPB and SCURVE share. The file named after a profile contains its
 A course has three phases: the velocity changes, stays constant, and goes to zero. The laws differ in how the velocity
 changes (`Blend`, `Change`) and in how the times of the phases are found. From these times, all laws compute the motion
 of joints and tools in the same way. `scurve` explains the formulas of `Change`.
+
+In the files of this folder `way` is the displacement that a joint or the tool still has to cover: a number with a sign
+[rad, m], or a vector [m].
 """
 
 from __future__ import annotations
@@ -320,7 +323,9 @@ class ToolMotion:
         """
 
     def stretches(self, course: Course) -> Iterator[ToolStretch]:
-        """Yield the stretches of the line with the times of a course; none if the line has no length."""
+        """Yield the stretches (parts with one polynomial each) of the line, timed by a course; none if the line has no
+        length.
+        """
         reach, state, change = course.reach, self.state, course.change
         if reach <= 0.0:
             return

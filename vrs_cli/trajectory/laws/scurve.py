@@ -108,7 +108,9 @@ def _slow_time(bounds: Bounds, u: float) -> float:
 
 
 def _without_sliver(change: Change, cruise: float, slow: Change) -> Course:
-    """Return a course in which a very short cruise is left out: the ramps of slowing down get longer by that time."""
+    """Return a course. A very short cruise is left out: each ramp of slowing down becomes longer by its duration
+    instead.
+    """
     if cruise > SLIVER:
         return Course(change, cruise, slow)
     return Course(change, 0.0, Change(slow.rise + cruise, slow.hold, slow.fall + cruise) if slow.lasts else slow)

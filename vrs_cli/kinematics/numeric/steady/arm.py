@@ -27,8 +27,8 @@ SAME_TURN = 1e-5
 
 
 class SteadyArm(RobotArm):
-    """An arm of four or five joints with the task STEADY. It has one configuration, without words. The methods are
-    those of `arm.RobotArm`.
+    """An arm of four or five joints with the task STEADY. It has one configuration, which no word (RIGHTY, ABOVE ...)
+    selects. The methods are those of `arm.RobotArm`.
     """
 
     seed_step = 0.1
