@@ -27,7 +27,7 @@ class Person:
     def __init__(self, address: str, name: str) -> None:
         self.seen = io.StringIO()
         hello = replace(hello_of(name=name), attended=True)
-        connection = SocketPort(Client(address, hello, told=self._told))
+        connection = SocketPort(Client(address, hello, notify=self._told))
         self.front_end = Remote(connection, self._told).front_end(Terminal(self.seen, iter(())))
         self.front_end.opening()
 

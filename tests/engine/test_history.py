@@ -83,7 +83,7 @@ def test_as_many_steps_are_taken_back_as_there_are(count: int) -> None:
 
 def test_old_deltas_and_motions_are_small_and_as_they_were_committed() -> None:
     engine, source, told = Engine(MODEL), Random(3), list[TimelineDelta]()
-    engine.book.told = told.extend
+    engine.book.notify = told.extend
     for _ in range(4 * PART):
         wander(engine, source)
     row = next(engine.timeline.parts())[2].row

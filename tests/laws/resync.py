@@ -97,7 +97,7 @@ class Course:
         self._batch: list[Report] = []
         self._sent = self.engine.timeline
         self.body.embody(NAME)
-        self.body.told.append(self._told)
+        self.body.listeners.append(self._told)
 
     @property
     def now(self) -> float:

@@ -89,7 +89,7 @@ class Session:
     def _begin(self) -> None:
         self.engine = Engine(self.model)
         self.edits: list[tuple[Timeline, TimelineDelta]] = []
-        self.engine.book.told = self._note
+        self.engine.book.notify = self._note
         self.before = self.engine.timeline
         self.engine.perform(self.profile())
         self.engine.perform(self.rounding())

@@ -92,7 +92,7 @@ def performed(
         edits.append((before[-1], delta, engine.timeline))
         before.append(engine.timeline)
 
-    engine.book.told = note
+    engine.book.notify = note
     engine.perform(ABOVE_THE_TABLE, program=True)
     for request, program in sequence:
         try:

@@ -56,7 +56,7 @@ from vrs_cli.wire.codec import Encoding, Frame, encode
 from vrs_cli.wire.messages import snapshot_of, snapshot_record
 from vrs_cli.wire.records import Motions, RecordError, delta_of, delta_record
 
-BOUNDS = Bounds(seconds=60.0, told=50_000, ended=50, waiting=50)
+BOUNDS = Bounds(seconds=60.0, message_bytes=50_000, ended=50, waiting=50)
 BACKLOG = 50_000  # bytes
 MOST_HELD = 5_000_000  # bytes that both ends may hold on to, with all that Python adds
 MOST = 20_000  # bytes of one message

@@ -279,7 +279,7 @@ def test_what_was_told_meanwhile_is_heard_once() -> None:
     assert pair.to_client() == [Told(Message("4"), seq=4)]
 
 
-@pytest.mark.parametrize("bounds", [Bounds(told=60), Bounds(seconds=5.0)])
+@pytest.mark.parametrize("bounds", [Bounds(message_bytes=60), Bounds(seconds=5.0)])
 def test_too_much_or_too_old_is_told_to_be_missing(bounds: Bounds) -> None:
     pair = Pair(bounds=bounds)
     line = pair.line("MOVE a")
@@ -455,7 +455,7 @@ def test_the_newest_sample_wins_and_all_else_is_kept() -> None:
 
 
 def test_who_takes_nothing_is_cut_off_with_bounded_memory() -> None:
-    pair = Pair(bounds=Bounds(told=100_000))
+    pair = Pair(bounds=Bounds(message_bytes=100_000))
     pair.connect(backlog=100_000)
     for _ in range(300):
         pair.tell(Told(Message("x" * 1000)))

@@ -460,14 +460,14 @@ def interrupting(when: Callable[[Session], bool], number: int) -> Callable[..., 
     answers = Session.answers
 
     def pressed(session: Session, line: str) -> Dialogue[None]:
-        told = session.engine.book.told
+        notify = session.engine.book.notify
 
         def press(deltas: Sequence[TimelineDelta]) -> None:
-            told(deltas)
+            notify(deltas)
             if when(session):
                 signal.raise_signal(number)
 
-        session.engine.book.told = press
+        session.engine.book.notify = press
         return answers(session, line)
 
     return pressed

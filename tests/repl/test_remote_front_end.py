@@ -188,15 +188,15 @@ def test_what_is_typed_while_the_connection_is_cut_is_told_and_dropped() -> None
 
 def test_ctrl_c_stops_what_is_waited_for_and_the_rest_of_the_pipe() -> None:
     line, pressed = Line(), list[float]()
-    told = line.session.engine.book.told
+    notify = line.session.engine.book.notify
 
     def press(deltas: Sequence[TimelineDelta]) -> None:
-        told(deltas)
+        notify(deltas)
         if line.session.engine.now > 5.0 and not pressed:
             pressed.append(line.session.engine.now)
             signal.raise_signal(signal.SIGINT)
 
-    line.session.engine.book.told = press
+    line.session.engine.book.notify = press
     loop = [".PROGRAM loop\n", "DO\n", "DRIVE 1, 10\n", "DRIVE 1, -10\n", "UNTIL FALSE\n", ".END\n"]
     status, text = piped(line, [*loop, "EXECUTE loop\n", "a = 1\n"], [])
     assert "(ABORTED)\nProgram stopped at loop, step" in text

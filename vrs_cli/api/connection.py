@@ -60,7 +60,7 @@ def connect(
     with hints_for_python():
         hello = hello_of(os.environ.get("VRS_TOKEN", "") if token is None else token, name=name, behind=behind)
         path = None if ca is None else Path(ca)
-        return Robot.of(SocketPort.connect(url, hello, ca=path, window=window, told=log.warning), units)
+        return Robot.of(SocketPort.connect(url, hello, ca=path, window=window, notify=log.warning), units)
 
 
 USUAL_NAME = "robot"

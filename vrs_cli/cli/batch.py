@@ -243,7 +243,7 @@ class Batch(Struct, frozen=True):
             advice=_advice,
         )
         station.dialect = chosen_dialect(options)
-        station.tasks.told = partial(self._tell_beside, terminal)
+        station.tasks.notify = partial(self._tell_beside, terminal)
         if (cell := cell_file(options, self.source)) is not None:
             from vrs_cli.files.cell_file import read_cell
 

@@ -62,7 +62,7 @@ def _client(options: Namespace) -> BodyClient:
     FileError."""
     token, tell = remote.token_of(options.token_file), teller(options.prog)
     with errors_of_options(UsageError, IllegalValue):
-        return BodyClient(options.url, token, options.rate, name=options.name or "body", ca=options.ca, told=tell)
+        return BodyClient(options.url, token, options.rate, name=options.name or "body", ca=options.ca, notify=tell)
 
 
 def _tell_begun(tell: Tell, body: BodyClient, what: str) -> None:

@@ -53,8 +53,8 @@ def _text(findings: Sequence[Finding]) -> None:
     errors = sum(sources.has_errors([diagnostic]) for diagnostic in everything)
     mended = sum(finding.mended for finding in findings)
     if everything or mended:
-        told = f"{count(errors, 'error')}, {count(len(everything) - errors, 'warning')}"
-        print(f"{told}, {mended} mended" if mended else told)
+        text = f"{count(errors, 'error')}, {count(len(everything) - errors, 'warning')}"
+        print(f"{text}, {mended} mended" if mended else text)
 
 
 def _json(findings: Sequence[Finding]) -> None:

@@ -140,8 +140,8 @@ def grade(options: Namespace) -> int:
         if options.exercise is None or options.files:
             raise CommandLineError("--new wants a name and one solution", "vrs grade --new pick solution.v2")
 
-        folder, told = propose(options.new, options.exercise, options.cell)
-        for text in (*told, f"{folder} is written: complete exercise/text.md; then vrs grade --check {folder}"):
+        folder, proposed = propose(options.new, options.exercise, options.cell)
+        for text in (*proposed, f"{folder} is written: complete exercise/text.md; then vrs grade --check {folder}"):
             print(for_stream(text, sys.stdout))
         return main.OK
     incomplete = options.exercise is None or not options.files
@@ -186,9 +186,9 @@ def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Sub
         pages = Pages(Path(options.html), exercise)
         pages.name(one.student for one in submissions)
     found, total = list[Grading](), len(submissions)
-    told = RunProgress("grading", total, told=lambda done: f"{done:.0f} of {total}")
+    progress_bar = RunProgress("grading", total, shown_as=lambda done: f"{done:.0f} of {total}")
     try:
-        with told as progress, closing(_gradings(options, grader, submissions)) as arriving:
+        with progress_bar as progress, closing(_gradings(options, grader, submissions)) as arriving:
             for one in arriving:
                 found.append(one.grading)
                 if pages is not None:

@@ -374,7 +374,7 @@ def _report_twin(options: Namespace, rows: Sequence[TwinRows]) -> Iterator[Block
         yield Grid((*columns, *number_columns(*twin.SEEN, "excess", "flagged %")), tuple(seen))
         yield line()
         yield line("What the operator was told")
-        told = (
+        rows_of_alarms = (
             (
                 *_case_names(it),
                 f"{it.row.alarms}/{it.row.trials}",
@@ -385,7 +385,10 @@ def _report_twin(options: Namespace, rows: Sequence[TwinRows]) -> Iterator[Block
             )
             for it in some
         )
-        yield Grid((*columns, *number_columns("alarms", "after s", "false", "misled %"), Column("cause")), tuple(told))
+        yield Grid(
+            (*columns, *number_columns("alarms", "after s", "false", "misled %"), Column("cause")),
+            tuple(rows_of_alarms),
+        )
         yield line()
     worst = max(it.row.excess for it in rows)
     yield line(f"Outside flagged times the error of timeline, minus that of tracking, is at most {worst:g} deg")

@@ -89,7 +89,7 @@ def _measured_timeline(options: Namespace, recording: Recording) -> Timeline:
 
 def verify(options: Namespace) -> int:
     """Print the mistakes in a file, each with its line, or say that there are none; return the exit status."""
-    recording = sources.read_recording(options.prog, options.file, lenient=True, told=False)
+    recording = sources.read_recording(options.prog, options.file, lenient=True, warns=False)
     from vrs_cli.engine.breaches import on_lines
     from vrs_cli.files.rebuild import in_lines
     from vrs_cli.files.trajectory_file import MAX_FAULTS
@@ -98,8 +98,8 @@ def verify(options: Namespace) -> int:
     wrong = [*recording.warnings, *map(str, islice(along, MAX_FAULTS))]
     checksums = recording.checksum is not None
     if options.json:
-        told = {"sound": not wrong, "checksums": checksums, "reports": len(recording.measured), "faults": wrong}
-        print(json.dumps(told, indent=2))
+        summary = {"sound": not wrong, "checksums": checksums, "reports": len(recording.measured), "faults": wrong}
+        print(json.dumps(summary, indent=2))
     else:
         for what in wrong:
             print(f"{options.file}, {what}")

@@ -29,7 +29,7 @@ def client_of(options: Namespace, *, attended: bool = False, behind: float = 0.0
     for a wrong address, or FileError."""
     hello = hello_of(token_of(options.token_file), name=options.name, behind=behind, attended=attended)
     with errors_of_options(UsageError):
-        return Client(options.url, hello, ca=options.ca, told=teller(options.prog))
+        return Client(options.url, hello, ca=options.ca, notify=teller(options.prog))
 
 
 def ask_once(options: Namespace, make: Callable[[int], messages.Request]) -> messages.ServerMessage:
@@ -57,8 +57,8 @@ def token_of(file: str | None) -> str:
         text = Path(file).read_text(encoding="utf-8").strip()
     except (OSError, UnicodeError) as error:
         raise CommandLineError(f"--token-file: {file} cannot be read", str(error)) from None
-    told = TOLD.fullmatch(text)
-    return told.group(1) if told else text
+    match = TOLD.fullmatch(text)
+    return match.group(1) if match else text
 
 
 # --- vrs connect ------------------------------------------------------------------------------------------------------
@@ -79,12 +79,12 @@ def connect(options: Namespace) -> int:
 
     attended = on_terminal()
     client = client_of(options, attended=attended, behind=options.behind)
-    client.told = once(client.told)
+    client.notify = once(client.notify)
     port = socket_port.SocketPort(client)
     try:
         if attended:
-            client.told(f"{port.welcome.robot} at {client.url}; you are {port.name}, {port.welcome.role}")
-        return at(connection.Remote(port, client.told))
+            client.notify(f"{port.welcome.robot} at {client.url}; you are {port.name}, {port.welcome.role}")
+        return at(connection.Remote(port, client.notify))
     finally:
         port.close()
 

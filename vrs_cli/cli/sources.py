@@ -49,9 +49,9 @@ class Source(Struct, frozen=True):
         if most is not None:  # keep the first `most` diagnostics, errors before warnings
             chosen = in_order(sorted(everything, key=lambda one: not has_errors([one]))[:most])
         lines = ["", *self.text.split("\n"), ""]  # counted from 1; a diagnostic may be after the last line
-        told = "".join(f"{show(one, lines[one.span.line], self.path)}\n" for one in chosen)
+        text = "".join(f"{show(one, lines[one.span.line], self.path)}\n" for one in chosen)
         rest = len(everything) - len(chosen)
-        return f"{told}{rest} more (vrs check {self.path} shows all)\n" if rest else told
+        return f"{text}{rest} more (vrs check {self.path} shows all)\n" if rest else text
 
 
 def read_source(path: str, *, samples: bool = True) -> Source:
@@ -173,9 +173,9 @@ def is_recording(name: str) -> bool:
     return name.endswith(".vrst") or (os.path.exists(name) and not is_program(name))
 
 
-def read_recording(prog: str, path: str, *, lenient: bool = False, told: bool = True) -> Recording:
-    """Return the trajectory in a file; show a progress bar on a terminal. `told`: print the file's mistakes on standard
-    error. Raises FileError."""
+def read_recording(prog: str, path: str, *, lenient: bool = False, warns: bool = True) -> Recording:
+    """Return the trajectory in a file; show a progress bar on a terminal. `warns`: print the file's mistakes on
+    standard error. Raises FileError."""
     from vrs_cli.files.trajectory_file import read_trajectory
     from vrs_cli.render.progress import reading
 
@@ -183,7 +183,7 @@ def read_recording(prog: str, path: str, *, lenient: bool = False, told: bool = 
         recording = read_trajectory(path, progress, lenient=lenient)
     if recording.dropped_tail:
         print(f"{prog}: warning: the last line of {path} is incomplete and left out", file=sys.stderr)
-    for warning in recording.warnings if told else ():
+    for warning in recording.warnings if warns else ():
         print(f"{prog}: warning: {path}, {warning}", file=sys.stderr)
     return recording
 

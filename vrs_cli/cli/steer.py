@@ -106,8 +106,8 @@ def _errors(
 ) -> list[tuple[str, float, float]]:
     """Return the unit, the mean and the maximum of the errors [deg, mm], for each kind of joint that the robot has.
     `turning`, `sliding`: the mean and the maximum [rad, m]."""
-    told = ((JointKind.REVOLUTE, "deg", degrees(1.0), turning), (JointKind.PRISMATIC, "mm", 1e3, sliding))
-    return [(unit, scale * mean, scale * worst) for kind, unit, scale, (mean, worst) in told if kind in kinds]
+    rows = ((JointKind.REVOLUTE, "deg", degrees(1.0), turning), (JointKind.PRISMATIC, "mm", 1e3, sliding))
+    return [(unit, scale * mean, scale * worst) for kind, unit, scale, (mean, worst) in rows if kind in kinds]
 
 
 @dataclass(slots=True)

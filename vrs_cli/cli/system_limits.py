@@ -41,12 +41,12 @@ def limited_time(seconds: float | None, end_by: Callable[[LimitReached], bool]) 
     if not hasattr(signal, "setitimer"):
         raise CommandLineError("--max-wall: this system has no alarm", "--max-steps counts steps everywhere")
     reached = LimitReached(f"the run took longer than {seconds:g} s", "give it more with --max-wall")
-    told: list[LimitReached] = []
+    signalled: list[LimitReached] = []
 
     def ring(_number: int, _frame: FrameType | None) -> None:
-        if told or not end_by(reached):
+        if signalled or not end_by(reached):
             raise reached
-        told.append(reached)
+        signalled.append(reached)
         signal.setitimer(signal.ITIMER_REAL, GRACE)
 
     with alarm(signal.SIGALRM, signal.ITIMER_REAL, seconds, ring):
@@ -99,9 +99,9 @@ def _guarded(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached
 
     def tell(unraisable: sys.UnraisableHookArgs) -> None:  # ignore MemoryError in destructors
         if not isinstance(unraisable.exc_value, MemoryError):
-            told(unraisable)
+            previous(unraisable)
 
-    told, sys.unraisablehook = sys.unraisablehook, tell
+    previous, sys.unraisablehook = sys.unraisablehook, tell
     try:
         checks = most and STATM.exists()
         with alarm(signal.SIGPROF, signal.ITIMER_PROF, CHECK_EVERY, check, CHECK_EVERY) if checks else nullcontext():
@@ -111,4 +111,4 @@ def _guarded(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached
                 lift()
                 raise reached from None
     finally:
-        sys.unraisablehook = told
+        sys.unraisablehook = previous

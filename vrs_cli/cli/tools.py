@@ -71,13 +71,13 @@ def _teach(action: Action, file: object, folder: object) -> None:
     from vrs_cli.cli.recorded import formats
     from vrs_cli.kinematics.robot_file import robot_names
 
-    stands = str(action.metavar)
+    placeholder = str(action.metavar)
     if "--robot" in action.option_strings:
         action.choices = robot_names()
-    elif "--to" in action.option_strings and stands == "FORMAT":
+    elif "--to" in action.option_strings and placeholder == "FORMAT":
         action.choices = tuple(formats())
-    elif any(part in stands for part in (*FILES, *FOLDERS)):
-        action.complete = folder if any(part in stands for part in FOLDERS) else file  # type: ignore[attr-defined]
+    elif any(part in placeholder for part in (*FILES, *FOLDERS)):
+        action.complete = folder if any(part in placeholder for part in FOLDERS) else file  # type: ignore[attr-defined]
 
 
 # --- vrs tools lsp --------------------------------------------------------------------------------------------------

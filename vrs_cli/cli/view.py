@@ -72,7 +72,7 @@ async def _watch(options: Namespace) -> None:
     client = remote.client_of(options)
     news, predicted = News(), far_end.Predicted(client.far)
     client.far.ahead = far_end.Ahead.PRESENT if options.ahead is None else options.ahead
-    client.told = news.cut
+    client.notify = news.cut
 
     def abort() -> None:
         try:

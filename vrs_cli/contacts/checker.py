@@ -279,14 +279,14 @@ class _Search:
         owners, of = self.physics.owners_of(key), (moving, other.link)
         counts = owners not in self.ignored and (self.only is None or not self.only.isdisjoint(owners))
         if of not in self.sums:
-            self.sums[of] = sums_of(self._way(*of))
+            self.sums[of] = sums_of(self._approach_bounds(*of))
         # for a held part, and between the hand and a part, the clearance does not apply: the hand must approach parts
         handled = owners[1] >= self.checker.first_part and (owners[0] == self.n or self.held in owners)
         limit = -DEEP if handled else self.checker.limit
         found = self.pairs[key] = _SolidPair(owners, self.sums[of], limit, max(limit, 0.0) + APART, counts)
         return found
 
-    def _way(self, moving: Bounds, other: int) -> Floats:
+    def _approach_bounds(self, moving: Bounds, other: int) -> Floats:
         """Return bounds on how far a solid approaches the solids of the link `other` between successive samples [m]."""
         way = (
             self.sweep.way_between(np.array(levers(self.checker.arm.model, moving, other)))

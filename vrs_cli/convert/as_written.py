@@ -373,7 +373,7 @@ class RapidTranslator:
         openers = [program.steps[block.opener].statement for block in analysis.blocks]
         self.loops = {one.variable.key for one in openers if isinstance(one, ast.For) and self._is_own(one)}
         self.closed = {block.closer: block for block in analysis.blocks}
-        told = [
+        parameters = [
             f"{'INOUT ' * ((key, k) in self.changing)}{TYPES[one[1]]} {self.of_routine[one]}"
             for k, one in enumerate(map(self._datum, program.parameters))
         ]
@@ -384,7 +384,7 @@ class RapidTranslator:
             if step.statement is not None:
                 self._step(place, step.statement)
         return [
-            f"  PROC {self.named[key]}({', '.join(told)})",
+            f"  PROC {self.named[key]}({', '.join(parameters)})",
             *(f"    VAR {TYPES[one[1]]} {self.of_routine[one]}{_braces(self._sizes(one))};" for one in declared),
             *self.lines,
             "  ENDPROC",
@@ -551,7 +551,7 @@ class RapidTranslator:
         form = FORMS.get(("joints" if joints else "to", it.word))
         if form is None:
             raise NoCounterpart(f"{it.word} to a precision point" if joints else it.word)
-        how = f"rate(), {'fine' if self._stands(place) else 'z50'}, {tool};"
+        how = f"rate(), {'fine' if self._stops_after(place) else 'z50'}, {tool};"
         if it.word == "DRIVE" and not 1 <= (ast.plain_number(first) or 0) <= 6:
             raise NoCounterpart("DRIVE of a joint that is computed")
         if it.word == "DRIVE":
@@ -562,7 +562,7 @@ class RapidTranslator:
         else:
             self.say(f"dest := {target};", f"{'MoveL' if it.word.endswith('S') else 'MoveJ'} dest, {how}")
 
-    def _stands(self, place: int) -> bool:
+    def _stops_after(self, place: int) -> bool:
         """Return whether a following instruction makes the arm stop before its next motion; False if that depends on a
         block, such as IF."""
         following = (step.statement for step in self.analysis.program.steps[place + 1 :])
@@ -624,12 +624,12 @@ class RapidTranslator:
         kind = SIGIL_KINDS.get(parameter.sigil) or self.kinds[callee.key].get(parameter.key, Kind.REAL)
         if isinstance(value, ast.Variable) and value.many:
             raise NoCounterpart("CALL with a whole array")
-        told = self.value(value, TYPES[kind])
+        argument = self.value(value, TYPES[kind])
         if (callee.key, place) not in self.changing or (isinstance(value, ast.Variable) and not value.grouped):
-            return told
+            return argument
         if kind is not Kind.REAL:
             raise NoCounterpart("CALL with an expression for a reference")
-        return self._store(told)
+        return self._store(argument)
 
     def _decompose(self, it: ast.Instruction) -> None:
         (target,) = it.arguments
@@ -744,8 +744,8 @@ class RapidTranslator:
         if "const" in types and ast.plain_number(given[0]) is None:
             raise NoCounterpart(f"{what} of a number that is computed")
         pairs = [(one, *kind.split("=")) for one, kind in zip_longest(given, types)]
-        told = [usual[0] if usual and one is None else self.value(one, kind) for one, kind, *usual in pairs]
-        return form[0].format(*told)
+        texts = [usual[0] if usual and one is None else self.value(one, kind) for one, kind, *usual in pairs]
+        return form[0].format(*texts)
 
     # --- names ---
 

@@ -90,7 +90,7 @@ class StepWriter:
         self.lines, self.notes = list[str](), dict[str, None]()
         self.frames = run.frames
         self.before: MoveStep | None = None  # the last move written
-        self.told = dict[str, str]()  # maps the name of a setting to the last line written to set it
+        self.settings = dict[str, str]()  # maps the name of a setting to the last line written to set it
         self.data = dict[tuple[str, str], str]()  # by type and value: the name with which the value was declared
 
     @classmethod
@@ -130,12 +130,12 @@ class StepWriter:
             case WaitStep():
                 self.wait(step)
             case InputStep():
-                told = (
+                waiting = (
                     f": the program waited {step.waited:.3f} s for it"
                     if step.waited > SAME_TIME
                     else " when it is read"
                 )
-                self.say(f"{self.remark} signal {step.number} is {'on' if step.on else 'off'}{told}")
+                self.say(f"{self.remark} signal {step.number} is {'on' if step.on else 'off'}{waiting}")
                 self._tell_late(step, f"signal {step.number} is read")
                 self.input(step)
             case SignalStep() if self.signal_count is not None and step.number > self.signal_count:
@@ -155,12 +155,12 @@ class StepWriter:
         motion = move.motion
         if motion.text:
             self.say(f"{self.remark} {motion.text}")
-        told = {
+        limitations = {
             "follows a stream of targets: written as one motion to its end": motion.kind is commands.MotionKind.STEERED,
             f"begins at {move.time:.3f} s: written without the time": motion.start is commands.Start.AT,
             f"is cut short at {move.end:.3f} s: written up to there, with a stop": move.cut,
         }
-        for what, holds in told.items():
+        for what, holds in limitations.items():
             if holds and not self.says_times:
                 self.cannot(f"{motion.text or 'a motion'} {what}")
 
@@ -182,8 +182,8 @@ class StepWriter:
 
     def setting(self, name: str, line: str, request: commands.Request | None = None) -> None:
         """Write a setting, unless it equals the last one written under this name."""
-        if self.told.get(name) != line:
-            self.told[name] = line
+        if self.settings.get(name) != line:
+            self.settings[name] = line
             self.do(line, request)
 
     def do(self, line: str, request: commands.Request | None = None) -> None:  # noqa: ARG002 (PythonWriter uses it)
@@ -509,7 +509,7 @@ class PythonWriter(StepWriter):
         self.later = 0.0  # [s] time of an action in the written program minus its time in the run
         self.inputs = list(run.inputs)
         self.taken = 0.0  # [s] part of the next wait that has already passed while the hand moved
-        self.told |= {
+        self.settings |= {
             "ACCEL": "ACCEL 100",
             "PROFILE": f"PARAMETER PROFILE = {self.arm.model.profile}",
             "HAND.TIME": f"PARAMETER HAND.TIME = {PARAMETERS['HAND.TIME'].default}",

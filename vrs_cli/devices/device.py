@@ -176,14 +176,14 @@ YET: Final = Waits.YET
 
 
 class DeviceConnection(Struct, eq=False):
-    """A connection of a device. `told`: whether the program was informed that the connection is open. `data`: unread
-    bytes. `paused`, `ended`, `gone`: whether the `DeviceEvent` of that name has occurred. `unwritten`: number of sent
-    bytes not known to have left; `asked`: whether WRITTEN was requested. `taken`: number of bytes read since the last
-    `confirm_read`. `returned`: whether the last line ended with CR, so that an LF that follows is part of this line
-    end."""
+    """A connection of a device. `announced`: whether the program was informed that the connection is open. `data`:
+    unread bytes. `paused`, `ended`, `gone`: whether the `DeviceEvent` of that name has occurred. `unwritten`: number of
+    sent bytes not known to have left; `asked`: whether WRITTEN was requested. `taken`: number of bytes read since the
+    last `confirm_read`. `returned`: whether the last line ended with CR, so that an LF that follows is part of this
+    line end."""
 
     handle: int
-    told: bool
+    announced: bool
     data: bytearray = field(default_factory=bytearray)
     paused: bool = False
     ended: bool = False
@@ -246,7 +246,7 @@ class Device(Struct, eq=False):
         if self.name != TCP:
             self.outside.open(self.name, None)
             self.open = True
-            self._connections[0] = DeviceConnection(0, told=True)
+            self._connections[0] = DeviceConnection(0, announced=True)
 
     def open_at(self, how: str, in_use: Collection[str] = ()) -> None:
         """Execute FOPEN; `dial_result` then gives the outcome. `how`: the string given to FOPEN; `in_use`: names of the
@@ -323,7 +323,7 @@ class Device(Struct, eq=False):
         if event is DeviceEvent.REFUSED:
             self._refused = arrival.code or errors.NetworkClosed.code
         elif event is DeviceEvent.OPENED:
-            self._connections[handle] = DeviceConnection(handle, told=self.dialing)
+            self._connections[handle] = DeviceConnection(handle, announced=self.dialing)
             self._refused = 0
         elif (one := self._connections.get(handle)) is None:
             return
@@ -345,8 +345,8 @@ class Device(Struct, eq=False):
         self.check_open()
         longest = MAX_LINE_BYTES if self.address is None else self.address.longest
         for one in self._in_turn(self.handle + 1):
-            if notices and not one.told:
-                one.told = True
+            if notices and not one.announced:
+                one.announced = True
                 self._set_status(one, OPENED)
                 return None
             before = len(one.data)

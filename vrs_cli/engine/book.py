@@ -1,7 +1,7 @@
 """Record the history of a timeline: its first version, every change since, and the changes that UNDO can take back.
 
 The timeline changes only here, in a fixed order: a planned change is written into the journal, then it takes effect,
-then the callback `told` is called. A change that the journal refuses does not take effect.
+then the callback `notify` is called. A change that the journal refuses does not take effect.
 
 A book with a window keeps only its latest part in memory. After each change a little of the past is removed from
 memory: commands that UNDO would take back, deltas, and rows of segments. From time to time a checkpoint is written. The
@@ -198,7 +198,7 @@ class Book:
         self.journal: JournalWriter | None = None
         self.window: MemoryWindow | None = None
         self.marks_events = False
-        self.told: Callable[[Sequence[TimelineDelta]], None] = silent
+        self.notify: Callable[[Sequence[TimelineDelta]], None] = silent
 
     @classmethod
     def at(cls, joints: Joints) -> Book:
@@ -242,7 +242,7 @@ class Book:
             self.number = step.delta.motion.number
             self.stream = step.delta.motion if step.delta.motion.kind is MotionKind.STEERED else None
         self._let_go(deltas)
-        self.told(deltas)
+        self.notify(deltas)
         if wrong is not None:
             raise wrong
 
@@ -257,7 +257,7 @@ class Book:
             shorter = delta._replace(drop=delta.drop - len(before.segments) + len(kept))
             self.deltas[-2], self.deltas[-1] = before._replace(segments=kept), shorter
         self._let_go([delta])
-        self.told([delta])
+        self.notify([delta])
 
     def end_stream(self) -> None:
         """End the stream of targets, so that UNDO takes its whole motion back as one change."""
@@ -273,7 +273,7 @@ class Book:
         self.deltas = other.deltas.copy()  # packed parts are shared
         self.history, self.number = other.history.copy(), other.number
         self._let_go(deltas)
-        self.told(deltas)
+        self.notify(deltas)
 
     def undo(self, count: int, clock: Callable[[], float], *, leaves_recorded: bool) -> Parts[float]:
         """Undo the last `count` commands, all of them or none, and return the clock [s] before them. `clock` returns
@@ -290,7 +290,7 @@ class Book:
             self.history.take_back(before, step.delta.motion)
             before = step.clock
         self._let_go(deltas)
-        self.told(deltas)
+        self.notify(deltas)
         return before
 
     def redo(self, count: int, check: Callable[[Timeline, TimelineDelta], None] | None = None) -> Parts[float]:
@@ -305,7 +305,7 @@ class Book:
         for _ in undone:
             self.history.do_again()
         self._let_go(deltas)
-        self.told(deltas)
+        self.notify(deltas)
         return undone[-1].clock
 
     def keep_short(self, window: MemoryWindow) -> None:

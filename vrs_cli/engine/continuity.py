@@ -227,8 +227,8 @@ def _arrays(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> Gap
         # [m] distance of the flange from the tool tip: a turn about the tip moves the flange by this lever
         lever = hypot(*position(follower.T_tool_flange))
         place = place + lever * fourth_of_turn(*turn.T)
-        way = Cubic(joints[:, 0], joints[:, 1], rates[:, 0], rates[:, 1])
-        return Gaps(way, place, turn, guide * h**4, weights)
+        cubics = Cubic(joints[:, 0], joints[:, 1], rates[:, 0], rates[:, 1])
+        return Gaps(cubics, place, turn, guide * h**4, weights)
     from vrs_cli.kinematics.numeric.steady.batch import SteadyGaps  # imported here because few arms need it
 
     begins = np.array([gap.a.s for gap in gaps])

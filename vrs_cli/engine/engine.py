@@ -107,7 +107,7 @@ class Engine:
         # functions called if the tool cannot have the requested orientation
         self.turned: list[Callable[[ToolTurning], None]] = []
         self.book = Book.at(model.poses["ready"] if start is None else start)
-        self.book.told = self.events.publish
+        self.book.notify = self.events.publish
         self._rounding: tuple[Move, Timeline, Settings, float | None] | None = None
 
     def __repr__(self) -> str:
@@ -171,8 +171,8 @@ class Engine:
         if isinstance(request, Move):
             waits = program and request.stamp is None
             return max(self._beginning(request, program)[1], self.now) if waits else self.now
-        stands = isinstance(request, commands.Delay) or (isinstance(request, OperateHand) and request.immediate)
-        if isinstance(request, commands.Break | SetTool | SetBase) or (program and stands):
+        needs_rest = isinstance(request, commands.Delay) or (isinstance(request, OperateHand) and request.immediate)
+        if isinstance(request, commands.Break | SetTool | SetBase) or (program and needs_rest):
             return max(self.end, self.now)
         return self.now
 
@@ -252,8 +252,8 @@ class Engine:
             executed = self._edit(motion, executed, self.settings.inserts, issued, event=event).executed
             if self.arm.steady is not None and isinstance(move.target, PoseTarget):
                 angle = angle_between(self.destination(executed).T_world_tool, move.target.T_world_tool)
-                for told in tuple(self.turned) if angle > MIN_REPORTED_TURN else ():
-                    told(ToolTurning(move.text, angle))
+                for notify in tuple(self.turned) if angle > MIN_REPORTED_TURN else ():
+                    notify(ToolTurning(move.text, angle))
         self.settings = self.settings.after_motion(move.target)
         if move.stamp is not None:
             return self.now
@@ -284,16 +284,16 @@ class Engine:
             raise AlterNotOn(alter.text, "ALTON comes first")
         self._check_power()
         altered, now = altered.with_more(alter.displacement), on_grid(self.now)
-        before, stands = self._motion_at(now), now >= self.end
+        before, at_rest = self._motion_at(now), now >= self.end
         if altered.number != before.number:
-            place = self.position(now) if stands else self.destination(now)
+            place = self.position(now) if at_rest else self.destination(now)
             altered = structs.replace(altered, nominal=place.T_world_tool)
         target = altered.place(altered.nominal)
         goal: Joints | Transform = compose(self.frames.base, target)
-        if before.kind is MotionKind.JOINT and not stands:
+        if before.kind is MotionKind.JOINT and not at_rest:
             goal = self.joints_for(target, self.destination(now).joints)
         speed = targets.program_speed(self.settings.speed.always, self.settings, self.model)
-        if not stands:
+        if not at_rest:
             speed = targets.Speed(before.speed, before.tip_speed, before.rotation)
         targets.check_near(target, "{} from the robot", LocationTooFar)
         motion = self._after(now).motion(Start.AT, goal, speed, text=alter.text)
@@ -742,7 +742,7 @@ class Engine:
         self.clock.set(mark.clock)
         if self.book is not before:
             before.end_stream()
-            before.told, self.book.told = silent, self.events.publish
+            before.notify, self.book.notify = silent, self.events.publish
             self.events.publish([TimelineReplaced(self.timeline, self.settings)])
 
     # --- reach ---

@@ -101,15 +101,15 @@ class Subscription(Generic[E]):
         """Queue events without waiting. If there is no room, drop the waiting events and these events, and queue
         instead their number and the event that `instead` makes.
         """
-        told: Sequence[E | MissedEvents] = events
+        queued: Sequence[E | MissedEvents] = events
         if len(self._queue) + len(events) > self.most:
             missed = len(events)
             for left_out in self._queue.take_all():
                 # a MissedEvents stands for `count` events; the event of `instead` that follows it in the queue was
                 # never published, but this loop counts it: subtract 1
                 missed += left_out.count - 1 if isinstance(left_out, MissedEvents) else 1
-            told = MissedEvents(missed), instead()
-        for event in told:
+            queued = MissedEvents(missed), instead()
+        for event in queued:
             self._queue.put(event)
         if self._woken is not None:
             self._woken()

@@ -90,21 +90,21 @@ def plan_resync(
     there = put_inside(measured, arm.model.lower, arm.model.upper)
     distances = tuple([q - p for p, q in zip(joints_at(arm, timeline, begin), there, strict=True)])
     numbered = resting._replace(kind=MotionKind.JOINT, start=Start.AT, frames=under_way.frames, text=RESYNC)
-    way = numbered._replace(goal=there, speed=1.0, acceleration=1.0, duration=0.0)
+    to_measured = numbered._replace(goal=there, speed=1.0, acceleration=1.0, duration=0.0)
     if stops:
-        delta = plan(arm, timeline, way, issued, begin, insert=False, slowest=slowest)
+        delta = plan(arm, timeline, to_measured, issued, begin, insert=False, slowest=slowest)
         return delta, ResyncReport(begin, delta.segments[-1].finish, distances)
     on = numbered._replace(goal=goal)
     if begin < timeline[index].finish and under_way.kind in (MotionKind.JOINT, MotionKind.STRAIGHT):
         on = under_way._replace(number=numbered.number, start=Start.AT, goal=goal, relative=None, rounding=None)
         on = on._replace(duration=0.0, text=RESYNC)
-    way = way._replace(profile=on.profile)
+    to_measured = to_measured._replace(profile=on.profile)
     by_joints = on._replace(kind=MotionKind.JOINT, pose=None, tip_speed=None, rotation=None, swivel=None)
     text = under_way.text if under_way.text and under_way.text != RESYNC else "where the timeline stood"
 
-    def plan_by_way(motion: Motion) -> tuple[TimelineDelta, ResyncReport]:
+    def plan_through_measured(motion: Motion) -> tuple[TimelineDelta, ResyncReport]:
         cut = cut_at(arm, timeline, begin)
-        cut, first = _plan_from_cut(timeline, cut, Problem(arm, cut.here, way, begin, slowest))
+        cut, first = _plan_from_cut(timeline, cut, Problem(arm, cut.here, to_measured, begin, slowest))
         arrival, here = first[-1].finish, rest_after(arm, first[-1])
         segments = tuple([structs.replace(segment, motion=motion) for segment in first])
         if leaves > arrival:
@@ -117,8 +117,8 @@ def plan_resync(
 
     if on.kind is MotionKind.STRAIGHT:
         with suppress(MotionError):  # a line may leave the reach; if it does, the motion is joint-interpolated
-            return plan_by_way(on._replace(goal=None))
-    return plan_by_way(by_joints)
+            return plan_through_measured(on._replace(goal=None))
+    return plan_through_measured(by_joints)
 
 
 def drop_rest(

@@ -107,7 +107,7 @@ def _ways_out(stand: Standpoint, begin: Transform, end: Transform, *, reachable:
     if not stand.settings.configuration.words_beside(
         (stand.configuration,)
     ):  # a line cannot change the configuration: requested words that differ exclude every line
-        via = next((via for via in _beside(begin, end) if _leads_by(stand, via, end)), None)
+        via = next((via for via in _via_poses(begin, end) if _leads_by(stand, via, end)), None)
         if via is not None:
             yield WayOut(via=compose(inverse(stand.before.frames.base), via))
     if reachable:
@@ -131,7 +131,7 @@ def _leads_as(stand: Standpoint, words: Sequence[str], begin: Transform, end: Tr
     return True
 
 
-def _beside(begin: Transform, end: Transform) -> Iterator[Transform]:
+def _via_poses(begin: Transform, end: Transform) -> Iterator[Transform]:
     """Yield via poses beside the middle of a line, the nearest first."""
     way = vector_difference(position(end), position(begin))
     axis, angle = axis_angle(compose(inverse(begin), end))

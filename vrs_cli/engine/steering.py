@@ -57,17 +57,17 @@ def _coming_rows(timeline: Timeline, keep: int, t: float) -> list[list[Row]] | N
 
     None if the robot is at rest already, or if the motion is not jerk-limited or not in joint space.
     """
-    ways: list[list[Row]] = []
+    cubics: list[list[Row]] = []
     for segment in _segments_under_way(timeline, keep, t):
         begin, path = max(segment.start, t), segment.path
         if not (LAWS[segment.motion.profile].smooth and isinstance(path, JointPath) and path.degree <= CUBIC):
             return None
         ends = [_row(segment.finish - t, (q, 0.0, 0.0, 0.0)) for q in path.joints(segment.duration)]
-        ways = [way[:-1] for way in ways] or [[] for _ in ends]
-        for way, row, end in zip(ways, path.coefficients, ends, strict=True):
+        cubics = [rows[:-1] for rows in cubics] or [[] for _ in ends]
+        for rows, row, end in zip(cubics, path.coefficients, ends, strict=True):
             cubic = taylor_shift((*row, 0.0, 0.0, 0.0)[: CUBIC + 1], begin - segment.start)
-            way.extend((_row(begin - t, cubic), end))
-    return ways or None
+            rows.extend((_row(begin - t, cubic), end))
+    return cubics or None
 
 
 def _row(t: float, cubic: Polynomial) -> Row:

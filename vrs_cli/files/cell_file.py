@@ -421,8 +421,8 @@ def _wrong_variable(name: str) -> str:
     if _VARIABLE.fullmatch(name) is None:
         return f"{name!r} is no name of a real, as found.x is, or of a string, as $kind is"
     if name.upper() in RESERVED:
-        told, hint = why_reserved(name.upper())
-        return f"{told}: {hint}"
+        reason, hint = why_reserved(name.upper())
+        return f"{reason}: {hint}"
     return ""
 
 

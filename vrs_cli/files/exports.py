@@ -248,10 +248,10 @@ def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
     stream.write(f'{{\n"header": {json.dumps(header)},\n"joint_names": {names},\n"points": ['.encode("ascii"))
     before = "\n  "
     for points in _in_chunks(_ros_times(arm, timeline, rate), timeline.start):
-        told = ",\n  ".join(
+        text = ",\n  ".join(
             _ros_points(position.positions_at(arm, timeline, points.times), points.smooth, timeline.start)
         )
-        stream.write(f"{before}{told}".encode("ascii"))
+        stream.write(f"{before}{text}".encode("ascii"))
         before = ",\n  "
     stream.write(b"\n]\n}\n")
 

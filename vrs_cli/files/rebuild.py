@@ -236,15 +236,19 @@ def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], l
 
     from vrs_cli.engine.breaches import PLACE_TOLERANCE, breaches
 
-    told = [(line, goal) for line, delta in zip(lines, deltas, strict=True) if (goal := delta.motion.goal) is not None]
-    goals = np.fromiter(chain.from_iterable(goal for _, goal in told), float).reshape(len(told), arm.model.joint_count)
+    goals_by_line = [
+        (line, goal) for line, delta in zip(lines, deltas, strict=True) if (goal := delta.motion.goal) is not None
+    ]
+    goals = np.fromiter(chain.from_iterable(goal for _, goal in goals_by_line), float).reshape(
+        len(goals_by_line), arm.model.joint_count
+    )
     outside = (goals < np.array(arm.model.lower) - PLACE_TOLERANCE) | (
         goals > np.array(arm.model.upper) + PLACE_TOLERANCE
     )
     for row in np.flatnonzero(outside.any(axis=1)).tolist():
         joint = int(outside[row].argmax()) + 1
         said = arm.model.joint_text(joint, float(goals[row, joint - 1]))
-        yield Fault(told[row][0], f"the goal of joint {joint}, {said}, is beyond its range")
+        yield Fault(goals_by_line[row][0], f"the goal of joint {joint}, {said}, is beyond its range")
     yield from in_lines(breaches(arm, timeline), timeline, deltas, lines)
 
 

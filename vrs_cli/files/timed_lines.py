@@ -141,8 +141,8 @@ def _read_heading(fields: Sequence[str], joints: Sequence[str], where: str) -> _
         if all(name in names for name in (TIME, *wanted)):
             return _Columns(names.index(TIME), tuple(map(names.index, wanted)), is_pose, len(names))
     found = ", ".join(fields)
-    told = found if len(found) <= MAX_SHOWN_CHARS else f"{found[:MAX_SHOWN_CHARS]}..."
-    raise FileDamaged(f"{where}: the columns are {told}", f"t,{','.join(joints)} or t,{','.join(POSE)} are wanted")
+    shown = found if len(found) <= MAX_SHOWN_CHARS else f"{found[:MAX_SHOWN_CHARS]}..."
+    raise FileDamaged(f"{where}: the columns are {shown}", f"t,{','.join(joints)} or t,{','.join(POSE)} are wanted")
 
 
 def _number(text: str, where: str) -> float:

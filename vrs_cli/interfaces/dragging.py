@@ -183,7 +183,7 @@ class Pursuit:
         return below, above
 
     @property
-    def _way(self) -> Configuration:
+    def _configuration(self) -> Configuration:
         """The configuration for the next goal: the arm and the elbow (RIGHTY, ABOVE ...) are as at the start, the wrist
         (FLIP or NOFLIP) is as at the last goal."""
         return Configuration.of(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
@@ -191,7 +191,7 @@ class Pursuit:
     def _joints_there(self, pose: Transform) -> Joints | None:
         """Return the joints for a pose in the current configuration; None if the configuration cannot reach the
         pose."""
-        arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
+        arm, goal, have, found = self.arm, self.goal, self._configuration, list[Joints]()
         straight = arm.singularity(goal).wrist
         for way in (have, have.other_wrist) if have.wrist is not None and straight < WRIST_PASS_SUM else (have,):
             q = arm.inverse_branch(pose, way, goal)
@@ -251,9 +251,9 @@ class Pursuit:
     def _out_of_reach(self, aim: Aim) -> str | None:
         """Return which limit of the reach the target exceeds: `far` or `close`, or "" if that limit has no name; None
         if the target is within reach and only joint ranges limit the tool."""
-        if not self._closed or self.arm.branch_joints(aim.flange, self._way, self.goal) is not None:
+        if not self._closed or self.arm.branch_joints(aim.flange, self._configuration, self.goal) is not None:
             return None
-        clearance = self.arm.clearance(aim.flange, self._way)
+        clearance = self.arm.clearance(aim.flange, self._configuration)
         return "far" if clearance.outer < 0.0 else "close" if min(clearance.shoulder, clearance.inner) < 0.0 else ""
 
 

@@ -117,7 +117,7 @@ class Inspector:
         self._robot, self._constants = _Robot(model), _constants(model)
         self._known: dict[tuple[str, ...], parser.Part] = {}
         self._inspected: dict[parser.Part, _Inspected] = {}
-        self._ways: dict[parser.Part, tuple[_Way, ...]] = {}
+        self._motions: dict[parser.Part, tuple[_MotionTo, ...]] = {}
 
     def read(self, text: str, name: str = "") -> Parts:
         """Return the parts (programs and sections) of the current version of the file. `name`: the name of the file,
@@ -182,17 +182,19 @@ class Inspector:
     ) -> Iterator[Diagnostic]:
         """Yield a warning for each motion to a location that the robot cannot reach, if the file defines the location
         and no instruction changes it."""
-        self._ways = {placed.part: self._ways.get(placed.part) or _ways(program) for placed, program in programs}
+        self._motions = {
+            placed.part: self._motions.get(placed.part) or _motions(program) for placed, program in programs
+        }
         others = tuple(beside.programs.values())
-        if any(_CHANGES_FRAMES in ways for ways in (*self._ways.values(), *map(_ways, others))):
+        if any(_CHANGES_FRAMES in motions for motions in (*self._motions.values(), *map(_motions, others))):
             return
         changed = frozenset[str]().union(
             *(analyzer.names_given_in(it) for it in (*others, *(it for _, it in programs)))
         )
         for placed, program in programs:
             own = changed | {parameter.key for parameter in program.parameters}
-            ways = (way for way in self._ways[placed.part] if way.key not in own)
-            for target, refusal in ((way.target, _refusal(way, environment, self._robot)) for way in ways):
+            motions = (motion for motion in self._motions[placed.part] if motion.key not in own)
+            for target, refusal in ((motion.target, _refusal(motion, environment, self._robot)) for motion in motions):
                 if refusal is not None:
                     named = f"{target.sigil}{target.name}: " if isinstance(target, ast.Variable) else ""
                     what = named + refusal.detail
@@ -280,7 +282,7 @@ _SETTING: Mapping[str, Mapping[str, settings.Idle]] = {
 # --- reach -----------------------------------------------------------------------------------------------------
 
 
-class _Way(Struct, frozen=True):
+class _MotionTo(Struct, frozen=True):
     """A motion to a location. `target`: the location; `distance`: how far in front of it the motion ends [m]."""
 
     target: ast.Variable | ast.Call
@@ -293,27 +295,27 @@ class _Way(Struct, frozen=True):
 
 
 # stands for an instruction that changes TOOL or BASE
-_CHANGES_FRAMES = _Way(ast.Variable("", "", None, span=Span(0, 0, 0)), 0.0)
+_CHANGES_FRAMES = _MotionTo(ast.Variable("", "", None, span=Span(0, 0, 0)), 0.0)
 
 
-def _ways(program: ast.Program) -> tuple[_Way, ...]:
+def _motions(program: ast.Program) -> tuple[_MotionTo, ...]:
     """Return the motions of a program to named locations, and to locations given by numbers."""
     return tuple(
-        way
+        motion
         for step in program.steps
-        if isinstance(step.statement, ast.Instruction) and (way := _way(step.statement)) is not None
+        if isinstance(step.statement, ast.Instruction) and (motion := _motion(step.statement)) is not None
     )
 
 
-def _way(statement: ast.Instruction) -> _Way | None:
+def _motion(statement: ast.Instruction) -> _MotionTo | None:
     if statement.word in CHANGING_FRAMES:
         return _CHANGES_FRAMES
     target, distance = (*statement.arguments, None, None)[:2]
     if isinstance(target, ast.Variable) or (isinstance(target, ast.Call) and _numbers(target) is not None):
         if statement.word in TO_PLACE:
-            return _Way(target, 0.0)
+            return _MotionTo(target, 0.0)
         if statement.word in IN_FRONT and isinstance(distance, ast.Number):
-            return _Way(target, distance.value / 1000.0)
+            return _MotionTo(target, distance.value / 1000.0)
     return None
 
 
@@ -338,10 +340,10 @@ def _place_of_numbers(place: ast.Call, joint_count: int) -> transform.Transform 
     return operations.trans(*numbers[:6])
 
 
-def _refusal(way: _Way, environment: Environment, robot: _Robot) -> MotionError | IllegalValue | None:
+def _refusal(motion: _MotionTo, environment: Environment, robot: _Robot) -> MotionError | IllegalValue | None:
     """Return why no configuration of the arm reaches the location of a motion; None if a configuration reaches it, or
     if the value of the location is unknown."""
-    target, distance, count = way.target, way.distance, robot.model.joint_count
+    target, distance, count = motion.target, motion.distance, robot.model.joint_count
     place = _value(environment, target) if isinstance(target, ast.Variable) else _place_of_numbers(target, count)
     try:
         if isinstance(place, transform.Transform):

@@ -169,7 +169,7 @@ def _covers(some: Sequence[transform.Transform], others: Sequence[transform.Tran
     for pose in some:
         nearest = min(range(near, min(near + NEAR_POINTS, len(others))), key=lambda k: _unlike(pose, others[k], weight))
         sides = [k for k in (nearest - 1, nearest) if 0 <= k < len(others) - 1] or [0]
-        if all(_beside(pose, others[k], others[min(k + 1, len(others) - 1)], tolerance) > 1.0 for k in sides):
+        if all(_deviation(pose, others[k], others[min(k + 1, len(others) - 1)], tolerance) > 1.0 for k in sides):
             return False
         near = max(near, nearest - 1)
     return True
@@ -183,7 +183,9 @@ def _unlike(a: transform.Transform, b: transform.Transform, weight: float) -> fl
     return away + 0.5 * weight * (sum(squares) - away)
 
 
-def _beside(pose: transform.Transform, a: transform.Transform, b: transform.Transform, tolerance: Tolerance) -> float:
+def _deviation(
+    pose: transform.Transform, a: transform.Transform, b: transform.Transform, tolerance: Tolerance
+) -> float:
     """Return the distance of a pose from the straight line between the poses a and b, as a multiple of the
     tolerance."""
     way = transform.vector_difference(transform.position(b), transform.position(a))

@@ -196,8 +196,8 @@ class DelayCourse(Simulation):
         self.robot.perform(SetParameter("CAUSALITY", trial.policy))
         self.postponed: list[Postponement] = []
         self.robot.postponed.append(self.postponed.append)
-        self._told = self.robot.events.subscribe()
-        self._told.take()
+        self._subscription = self.robot.events.subscribe()
+        self._subscription.take()
         self._form = Form.of(self.robot.arm)
 
         self.mirror = Mirror(
@@ -253,9 +253,9 @@ class DelayCourse(Simulation):
             self._at(self._backward.arrival(self._now), lambda: self._hear(number, None, ()))
             return
         version, applied = robot.timeline.version, robot.now
-        told = [event for event in self._told.take_all() if isinstance(event, TimelineDelta)]
-        self.changes += (Change(applied, delta.cut) for delta in told)
-        changes = (messages.Delta(delta_record(it, Motions()), applied, number=it.version + 1) for it in told)
+        deltas = [event for event in self._subscription.take_all() if isinstance(event, TimelineDelta)]
+        self.changes += (Change(applied, delta.cut) for delta in deltas)
+        changes = (messages.Delta(delta_record(it, Motions()), applied, number=it.version + 1) for it in deltas)
         frames = [encode(change, Encoding.MSGPACK) for change in changes]
         self._at(self._backward.arrival(self._now), lambda: self._hear(number, version, frames))
 

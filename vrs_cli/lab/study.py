@@ -372,12 +372,12 @@ class DryRun:
             frames.append((arrived, tuple(here.joints.tolist())))
             while frames and frames[0][0] <= self._t:
                 before, seen = seen, frames.popleft()[1]
-            stands = (
+            at_rest = (
                 before is not None
                 and seen is not None
                 and max(abs(a - b) for a, b in zip(before, seen, strict=True)) < STILL
             )
-            if stands and self._t >= ready and seen is not None:
+            if at_rest and self._t >= ready and seen is not None:
                 arrival, model = forward.arrival(self._t), self._robot.held.arm.model
                 ways = zip(seen, judge.stage.joints, strict=True)
                 aim = tuple(b + self._random.gauss(0.0, MISSES * abs(b - a) + TREMBLES) for a, b in ways)

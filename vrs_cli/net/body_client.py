@@ -50,7 +50,7 @@ class BodyClient:
     """A client that is the body of a served robot. Call all methods in the thread of the event loop. `rate`: reports
     per second, at most 2,000. `name`: the name that other users see if the token has none. `order`: the last order of
     the server: to follow the timeline or to hold still, from a given time on. `refusal`: the reason why this client is
-    no longer the body. `told`: callback for messages about the connection."""
+    no longer the body. `notify`: callback for messages about the connection."""
 
     def __init__(
         self,
@@ -60,13 +60,13 @@ class BodyClient:
         *,
         name: str = "body",
         ca: Path | None = None,
-        told: Callable[[str], None] = log.warning,
+        notify: Callable[[str], None] = log.warning,
     ) -> None:
         if not 0.0 < rate <= 2000.0:
             raise IllegalValue(f"{rate:g} reports a second", "more than 0, 2000 at most", value=rate)
         self.rate, self.order = rate, messages.BodyOrder(BodyMode.FOLLOWS, 0.0)
         self.refusal: VrsError | None = None
-        self.client = Client(url, hello_of(token, name), ca=ca, told=told)
+        self.client = Client(url, hello_of(token, name), ca=ca, notify=notify)
         self.far = self.client.far
         self._sent, self._fresh = deque[Report](), deque[Report]()  # kept reports: already sent, and not yet sent
         self._first = 0  # the number of the first kept report
@@ -154,7 +154,7 @@ class BodyClient:
                 if self.embodied:
                     self._end(RequestRefused("this client is the body no longer", "BODY says who is"))
             case messages.Refused(refusal=refusal, id=None):
-                self.client.told(f"reports were refused: {refusal.error()}")
+                self.client.notify(f"reports were refused: {refusal.error()}")
 
     # --- timeline and orders ---
 
@@ -194,8 +194,8 @@ class BodyClient:
     async def changes(self) -> AsyncIterator[TimelineChange | MissedEvents | messages.BodyOrder]:
         """Yield the current timeline, then each change and each order. Raises the same errors as `ticks`."""
         woken, orders, loop = asyncio.Event(), deque[messages.BodyOrder](), asyncio.get_running_loop()
-        told = orders, woken
-        self._orders.append(told)
+        listener = orders, woken
+        self._orders.append(listener)
 
         def wake() -> None:
             loop.call_soon_threadsafe(woken.set)
@@ -211,7 +211,7 @@ class BodyClient:
                 self._check()
                 await woken.wait()
         finally:
-            self._orders.remove(told)
+            self._orders.remove(listener)
             hearing.end()
 
     def _check(self) -> None:

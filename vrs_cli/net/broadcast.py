@@ -466,7 +466,7 @@ class Broadcast:
             measured, size = batch.end, size + len(packets[-1].data)
         whole = size <= MAX_WAITING_BYTES // 2
         if whole and heard is not None and self.course is not None:
-            told, heard = self.course.after(heard)
-            packets += [streams.packet_of(one, form) for one in told]
-            whole = not told
+            course_news, heard = self.course.after(heard)
+            packets += [streams.packet_of(one, form) for one in course_news]
+            whole = not course_news
         return Parcel(tuple(packets), number, news, place, heard, measured, alone, whole)

@@ -52,7 +52,7 @@ class ClassBoard:
         self._handed_in: dict[str, tuple[str, ...]] = {}
         self._at: dict[str, str] = {}  # the robot that each student used last
         self._watching: set[ClientSession] = set()
-        self._told: dict[ClientSession, messages.ClassState] = {}
+        self._sent: dict[ClientSession, messages.ClassState] = {}
 
     # --- messages ---
 
@@ -135,7 +135,7 @@ class ClassBoard:
         self._at = {name: robot for name, robot in self._at.items() if name in students}
         states = {name: self._state(grant, here.get(name, [])) for name, grant in students.items()}
         whole = messages.ClassState(bool(self.frozen_by), tuple(states.values()))
-        told = dict[ClientSession, messages.ClassState]()
+        sent = dict[ClientSession, messages.ClassState]()
         for client in clients:
             if client in self._watching:
                 state = whole
@@ -143,11 +143,11 @@ class ClassBoard:
                 state = messages.ClassState(bool(self.frozen_by), (states[client.grant.name],))
             else:
                 continue
-            told[client] = state
-            if self._told.get(client) != state:
+            sent[client] = state
+            if self._sent.get(client) != state:
                 client.say(state)
                 client.flush()
-        self._told = told
+        self._sent = sent
 
     def _students(self) -> Iterator[Grant]:
         """Yield the grants of the students."""
@@ -155,7 +155,7 @@ class ClassBoard:
 
     def enter(self, client: ClientSession) -> None:
         """Send a newly connected client the text of its lesson; the next `tell` sends it the state of the class."""
-        self._told.pop(client, None)
+        self._sent.pop(client, None)
         if self.lessons is not None:
             self.lessons.enter(client)
 

@@ -134,7 +134,7 @@ class SampleBuffer:
 
 
 class Client:
-    """A connection to a robot. Call all methods in the thread of the event loop. `told`: callback for messages about
+    """A connection to a robot. Call all methods in the thread of the event loop. `notify`: callback for messages about
     the connection. `measures`: whether the client also follows the reports of the robot's body. `ca`: a file with the
     certificate of the server or of the authority that signed it."""
 
@@ -144,9 +144,9 @@ class Client:
         hello: messages.Hello,
         *,
         ca: Path | None = None,
-        told: Callable[[str], None] = lambda _text: None,
+        notify: Callable[[str], None] = lambda _text: None,
     ) -> None:
-        self.url, self.told = address_of(url), told
+        self.url, self.notify = address_of(url), notify
         self.far = FarEnd(hello, time.monotonic)
         self._tls, self._random = tls_for(self.url, ca), Random()
         self._woken, self._shown = asyncio.Event(), asyncio.Event()
@@ -374,7 +374,7 @@ class Client:
             return False
         if self._leaves:
             return False
-        self.told(f"{why}; {'it is tried again' if refusal is None else 'the robot is lost'}")
+        self.notify(f"{why}; {'it is tried again' if refusal is None else 'the robot is lost'}")
         if refusal is not None:
             self.far.give_up(refusal)
         return refusal is None

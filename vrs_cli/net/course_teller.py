@@ -257,20 +257,20 @@ class CourseTeller:
             known, cut = self._known, self._cut.first(self._taken)
         if known is None:
             return [], heard
-        told, until = list[messages.ServerMessage](), min(known.until, cut.course)
+        news, until = list[messages.ServerMessage](), min(known.until, cut.course)
         if heard.until < until:
             rows, until = course_part(known.course, heard.until, until)
             since = heard.until if heard.until > known.course.begins else None
-            told.append(messages.Course(rows, since, None if until == inf else until))
+            news.append(messages.Course(rows, since, None if until == inf else until))
             heard = heard._replace(until=until)
         low, high = (inf, -inf) if heard.low < known.low else heard[1:]
         begin, end = known.low, min(known.high, cut.contacts)
         for since, until in ((begin, end),) if low > high else ((high, end), (begin, low)):
             if since < until:
                 touches = tuple(clip_contacts(known.touches, since, until))
-                told.append(messages.Contacts(touches, since, None if until == inf else until))
+                news.append(messages.Contacts(touches, since, None if until == inf else until))
                 low, high = min(low, since), max(high, until)
-        return told, heard._replace(low=low, high=high)
+        return news, heard._replace(low=low, high=high)
 
     # --- computation ---
 
@@ -327,15 +327,15 @@ class CourseThread(CourseTeller):
             self._thread.join()
 
     def _compute(self) -> None:
-        told = -inf
+        woken_at = -inf
         try:
             while not self._ended:
                 begun = time.thread_time()
                 with _one_at_a_time:
                     goes_on = self.step()
                 took = time.thread_time() - begun
-                if not goes_on or time.monotonic() - told > TOLD_EVERY:
-                    told = time.monotonic()
+                if not goes_on or time.monotonic() - woken_at > TOLD_EVERY:
+                    woken_at = time.monotonic()
                     self._woken()
                 if not goes_on:
                     with self._changed:  # wait until there is something to compute

@@ -320,7 +320,7 @@ class Time:
         await asyncio.sleep(max(t - self.now(), 0.0))
 
 
-class _Way:
+class _Direction:
     """One direction of one connection. `held`: number of bytes in transit; `passed`: number of bytes delivered."""
 
     def __init__(self, line: DelayLine, time: Time) -> None:
@@ -362,7 +362,7 @@ class ProxyConnection:
 
     def __init__(self, number: int, peer: str, ways: DelayWays, time: Time) -> None:
         self.number, self.peer = number, peer
-        self.forward, self.backward = (_Way(line, time) for line in ways.lines(number))
+        self.forward, self.backward = (_Direction(line, time) for line in ways.lines(number))
 
     async def carry(
         self,

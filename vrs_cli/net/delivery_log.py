@@ -28,11 +28,11 @@ MAX_REFUSAL_CHARS = 400  # maximum number of characters kept of a refusal's mess
 
 
 class Bounds(Struct, frozen=True):
-    """Maximum sizes of a delivery log. `seconds`: how long it is kept after the connection is cut [s]; `told`: bytes of
-    messages; `ended`, `waiting`: number of finished and of unfinished commands."""
+    """Maximum sizes of a delivery log. `seconds`: how long it is kept after the connection is cut [s]; `message_bytes`:
+    size of messages; `ended`, `waiting`: number of finished and of unfinished commands."""
 
     seconds: float = 60.0
-    told: int = 1_000_000
+    message_bytes: int = 1_000_000
     ended: int = 1000
     waiting: int = 1000
 
@@ -53,7 +53,9 @@ class DeliveryLog:
         self.seq = 0
         self.put: Callable[[Frame], None] | None = None
         self._since: float | None = None  # time at which the connection was cut [s]; None while connected
-        self._told: deque[tuple[float, Frame]] = deque()  # time of sending [s] and frame; the last one is number `seq`
+        self._frames: deque[tuple[float, Frame]] = (
+            deque()
+        )  # time of sending [s] and frame; the last one is number `seq`
         self._size = 0
         self.waiting: set[int] = set()
         self.ended: dict[int, messages.Done] = {}
@@ -81,19 +83,19 @@ class DeliveryLog:
                 self.questions.pop(number, None)
         self.seq += 1
         frame = encode(replace(message, seq=self.seq), self.encoding)
-        self._told.append((now, frame))
+        self._frames.append((now, frame))
         self._size += len(frame) + FRAME_OVERHEAD_BYTES
         earliest = (now if self._since is None else self._since) - self.bounds.seconds
-        while self._told and (self._told[0][0] < earliest or self._size > self.bounds.told):
-            self._size -= len(self._told.popleft()[1]) + FRAME_OVERHEAD_BYTES
+        while self._frames and (self._frames[0][0] < earliest or self._size > self.bounds.message_bytes):
+            self._size -= len(self._frames.popleft()[1]) + FRAME_OVERHEAD_BYTES
         if self.put is not None:
             self.put(frame)
 
     def since(self, seq: int) -> list[Frame] | None:
         """Return the frames after number `seq`; None if some of them are no longer kept."""
         missed = self.seq - seq
-        known = 0 <= missed <= len(self._told)
-        return [frame for _, frame in list(self._told)[len(self._told) - missed :]] if known else None
+        known = 0 <= missed <= len(self._frames)
+        return [frame for _, frame in list(self._frames)[len(self._frames) - missed :]] if known else None
 
     # --- commands ---
 
@@ -195,11 +197,11 @@ def is_long(reply: Reply) -> bool:
     return any(len(getattr(reply, name)) > MAX_PART_ROWS for name in _lists_of(type(reply)))
 
 
-def parts_of(told: messages.Told, lines: Iterable[StyledLine] = ()) -> Iterator[messages.Told]:
+def parts_of(message: messages.Told, lines: Iterable[StyledLine] = ()) -> Iterator[messages.Told]:
     """Split a long reply and its `lines` into messages; the lines are rendered as the messages are taken. All messages
     but the last have `goes_on`, and each list continues where it ended in the previous message.
     """
-    reply, drawn = told.reply, iter(lines)
+    reply, drawn = message.reply, iter(lines)
     rows = {name: getattr(reply, name) for name in _lists_of(type(reply))}
     none: dict[str, tuple[object, ...]] = dict.fromkeys(rows, ())
 
@@ -207,10 +209,10 @@ def parts_of(told: messages.Told, lines: Iterable[StyledLine] = ()) -> Iterator[
         for name, there in rows.items():
             for begin in range(0, len(there), MAX_PART_ROWS):
                 yield messages.Told(
-                    replace(reply, **{**none, name: there[begin : begin + MAX_PART_ROWS]}), told.id, goes_on=True
+                    replace(reply, **{**none, name: there[begin : begin + MAX_PART_ROWS]}), message.id, goes_on=True
                 )
         while part := tuple(islice(drawn, MAX_PART_ROWS)):
-            yield messages.Told(replace(reply, **none), told.id, goes_on=True, lines=part)
+            yield messages.Told(replace(reply, **none), message.id, goes_on=True, lines=part)
 
     for part, following in pairwise(chain(parts(), (None,))):
         assert part is not None, "None comes last"

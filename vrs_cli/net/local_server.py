@@ -189,10 +189,10 @@ class LocalRobot(LocalServer):
             names = room.session.actor.submit(act_on(room.session, self._program)).result().names
             room.first_line = f"EXECUTE {names[0]}" if names and self._runs else ""
 
-    def hold(self, told: Callable[[str], None] = lambda _text: None, *, who: str = BROWSER) -> SocketPort:
+    def hold(self, notify: Callable[[str], None] = lambda _text: None, *, who: str = BROWSER) -> SocketPort:
         """Return a new port to the robot, for the client `who`. Raises RequestRefused."""
         hello = hello_of(self.tokens[who], attended=who == BROWSER)
-        return SocketPort.connect(self.url, hello, told=told, window=WINDOW)
+        return SocketPort.connect(self.url, hello, notify=notify, window=WINDOW)
 
     def client(self, *, attended: bool) -> Client:
         """Return a client for a shell; the caller opens it."""

@@ -241,10 +241,10 @@ class LastStatus:
     def see(self, status: PromptStatus) -> None:
         """Take a status. The robot's clock is now at or after the time in it, because the message was delayed."""
         now, pace = self._wall(), status.pace
-        told = ClockReading(status.clock, None if pace is None or pace.paused else pace.rate, now)
-        if told.rate is not None and pace == self._status.pace:
-            told = replace(told, now=max(told.now, replace(self._clock, floor=-inf).at(now)))
-        self._status, self._clock = status, self._clock.then(told, now)
+        reading = ClockReading(status.clock, None if pace is None or pace.paused else pace.rate, now)
+        if reading.rate is not None and pace == self._status.pace:
+            reading = replace(reading, now=max(reading.now, replace(self._clock, floor=-inf).at(now)))
+        self._status, self._clock = status, self._clock.then(reading, now)
 
     def forget_pace(self) -> None:
         """Stop the clock, because the robot may have been restarted with a different clock."""

@@ -47,15 +47,15 @@ def _stream_of(robot: str) -> str:
     return "vrs=" + robot.replace(".", "=")
 
 
-async def _connect(url: str, told: Callable[[str], None], again: Callable[[], None] = lambda: None) -> Connection:
+async def _connect(url: str, notify: Callable[[str], None], again: Callable[[], None] = lambda: None) -> Connection:
     """Connect to NATS; the connection reopens itself when it is cut. Raises RequestRefused if NATS does not answer."""
 
     async def tell_lost() -> None:
         if not connection.is_closed and not connection.is_draining:
-            told(f"{url}: NATS does not answer; it is tried again")
+            notify(f"{url}: NATS does not answer; it is tried again")
 
     async def tell_found() -> None:
-        told(f"{url}: NATS answers again")
+        notify(f"{url}: NATS answers again")
         again()
 
     async def wrong(error: Exception) -> None:
@@ -88,11 +88,11 @@ def _reason(error: Exception) -> str:
 
 
 class Publisher:
-    """A publisher of robots over NATS. `told`: callback for messages about the connection to NATS. Call all methods in
-    the thread of the event loop."""
+    """A publisher of robots over NATS. `notify`: callback for messages about the connection to NATS. Call all methods
+    in the thread of the event loop."""
 
-    def __init__(self, url: str, told: Callable[[str], None]) -> None:
-        self._url, self._told = url, told
+    def __init__(self, url: str, notify: Callable[[str], None]) -> None:
+        self._url, self._notify = url, notify
         self._robots: dict[str, _Robot] = {}
         self._connection: Connection | None = None
 
@@ -104,7 +104,7 @@ class Publisher:
                 robot.lost = True
                 robot.woken.set()
 
-        self._connection = await _connect(self._url, self._told, begin_anew)
+        self._connection = await _connect(self._url, self._notify, begin_anew)
         try:
             await self._connection.jetstream().account_info()
         except Error:
@@ -115,7 +115,7 @@ class Publisher:
         """Publish a robot."""
         assert self._connection is not None, "it is open"
         if robot.name not in self._robots:
-            self._robots[robot.name] = _Robot(robot, self._connection, self._told)
+            self._robots[robot.name] = _Robot(robot, self._connection, self._notify)
 
     async def close(self) -> None:
         """Send the waiting messages, and close the connection."""
@@ -131,8 +131,8 @@ class _Robot:
     """The publisher of one robot, which listens to the robot's broadcast. `lost`: NATS has lost messages, so a new
     stream with a welcome and a snapshot is needed."""
 
-    def __init__(self, robot: Room, connection: Connection, told: Callable[[str], None]) -> None:
-        self._robot, self._connection, self._told = robot, connection, told
+    def __init__(self, robot: Room, connection: Connection, notify: Callable[[str], None]) -> None:
+        self._robot, self._connection, self._notify = robot, connection, notify
         self._waiting: deque[bytes] = deque()
         self._size, self._changes = 0, 0
         self.woken, self.lost = asyncio.Event(), False
@@ -201,7 +201,7 @@ class _Robot:
         try:
             await streams.add_stream(config)
         except (Error, TimeoutError) as error:
-            self._told(f"{name}: NATS keeps no stream of it ({_reason(error)})")
+            self._notify(f"{name}: NATS keeps no stream of it ({_reason(error)})")
 
     async def close(self) -> None:
         self._robot.broadcast.leave(self._listener)
@@ -221,10 +221,10 @@ class PublishedRobot:
         self._task: asyncio.Task[None] | None = None
 
     @classmethod
-    async def open(cls, url: str, robot: str, told: Callable[[str], None] = lambda _text: None) -> PublishedRobot:
+    async def open(cls, url: str, robot: str, notify: Callable[[str], None] = lambda _text: None) -> PublishedRobot:
         """Follow a robot. Raises RequestRefused if NATS does not answer, or no such robot is published."""
         watching = cls(robot)
-        watching._connection = await _connect(url, told, watching._begin)
+        watching._connection = await _connect(url, notify, watching._begin)
         watching._begin()
         try:
             async with asyncio.timeout(OPENING):

@@ -445,11 +445,11 @@ class _Link:
         if self._failed:
             raise self._failed[0]
         self._course.tick()
-        told, self._heard = self._course.after(self._heard)
-        while told:
-            for one in told:
+        news, self._heard = self._course.after(self._heard)
+        while news:
+            for one in news:
                 await self._page.send(encode(one, self._encoding))
-            told, self._heard = self._course.after(self._heard)
+            news, self._heard = self._course.after(self._heard)
 
     def close(self) -> None:
         """Stop the thread that computes the states of parts."""

@@ -89,8 +89,8 @@ class Room(ServedRobot):
         self._looked: object = None  # the robot's state at the last update of the prompts
         self._clock: messages.Clock | None = None
         self._activity: messages.Activity | None = None
-        self._told_now = 0.0  # the robot's clock that was last sent to clients [s]
-        self.session.body.told.append(self._tell_body_news)
+        self._sent_now = 0.0  # the robot's clock that was last sent to clients [s]
+        self.session.body.listeners.append(self._tell_body_news)
         self.session.driver.lags, self.session.actor.spent = self._lags, self._charge
         self._pulled = messages.Pulled(self.session.pulled)
         self._pulled_at = wall()
@@ -145,9 +145,9 @@ class Room(ServedRobot):
 
     def greeting(self) -> messages.Welcome:
         """Return the part of the welcome that is the same for all clients; viewers over NATS get only this."""
-        told = to_dict(self.plan.model)
+        description = to_dict(self.plan.model)
         if not self.plan.one_user:
-            told.pop("collision", None)  # contains paths of this machine
+            description.pop("collision", None)  # contains paths of this machine
         return messages.Welcome(
             messages.VERSION,
             "",
@@ -156,7 +156,7 @@ class Room(ServedRobot):
             "observer",
             "",
             self.clock(),
-            {**told, "shapes": self.shapes.tables},
+            {**description, "shapes": self.shapes.tables},
             server=__version__,
             one_user=self.plan.one_user,
             cell=self.cell,
@@ -289,7 +289,7 @@ class Room(ServedRobot):
                 applied = self._self.now
                 self.broadcast.tell(event, applied)
                 if isinstance(event, TimelineDelta) and event.motion.kind is not MotionKind.STEERED:
-                    self._told_now = applied  # the short form of a steered change does not contain the clock
+                    self._sent_now = applied  # the short form of a steered change does not contain the clock
         self._announce()
 
     def _spread(self, message: messages.ServerMessage, by: object, ticket: Ticket[Any] | None = None) -> None:
@@ -320,17 +320,17 @@ class Room(ServedRobot):
         """
         now, before = self.clock(), self._clock
         same = before is not None and (now.rate, now.paused) == (before.rate, before.paused)
-        if not same or (not now.realtime and now.now != self._told_now):
-            self._clock, self._told_now = now, now.now
+        if not same or (not now.realtime and now.now != self._sent_now):
+            self._clock, self._sent_now = now, now.now
             self.broadcast.announce(now)
         running = (track for track in tuple(self.session.tasks) if track.running and track.in_program)
         activity = messages.Activity(self.driving.lease.holder, tuple(track.task.program for track in running))
         if activity != self._activity:
             self._activity = activity
             self.broadcast.announce(activity)
-        pulled, told, wall = self.session.pulled, self._pulled.state, self.wall()
-        same = pulled.by == told.by and pulled.held.holds == told.held.holds
-        if pulled != told and (not same or wall - self._pulled_at > PULLED_PERIOD_S):
+        pulled, sent, wall = self.session.pulled, self._pulled.state, self.wall()
+        same = pulled.by == sent.by and pulled.held.holds == sent.held.holds
+        if pulled != sent and (not same or wall - self._pulled_at > PULLED_PERIOD_S):
             self._pulled, self._pulled_at = messages.Pulled(pulled), wall
             self.broadcast.announce(self._pulled)
 

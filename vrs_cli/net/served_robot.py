@@ -102,11 +102,11 @@ class ServedBody:
 
     def window(self, message: messages.MeasuredWindow) -> messages.ShownMeasured:
         """Return the reports of a time interval, as many as fit into one message."""
-        told = self._broadcast.measured.count
+        count = self._broadcast.measured.count
         end = inf if message.end is None else message.end
         found = list(islice(self.body.record.view.between(message.begin, end), MAX_MESSAGE_REPORTS + 1))
         parts = tuple(ReportRows(**row_fields(part)) for part in row_parts(found[:MAX_MESSAGE_REPORTS]))
-        return messages.ShownMeasured(message.id, parts, told, goes_on=len(found) > MAX_MESSAGE_REPORTS)
+        return messages.ShownMeasured(message.id, parts, count, goes_on=len(found) > MAX_MESSAGE_REPORTS)
 
     # --- the state for all clients ---
 
@@ -143,13 +143,13 @@ class WhenGone(Enum):
 
 
 class Driving:
-    """The lease of one robot. Any thread may call any method; `told` is called in the same thread with each change.
+    """The lease of one robot. Any thread may call any method; `notify` is called in the same thread with each change.
     `by_asking`: a user gets the lease only by requesting it, not by giving a command."""
 
     def __init__(
-        self, wall: Callable[[], float], told: Callable[[RobotLease, Notice | None], None], *, by_asking: bool = False
+        self, wall: Callable[[], float], notify: Callable[[RobotLease, Notice | None], None], *, by_asking: bool = False
     ) -> None:
-        self._wall, self._told, self._by_asking = wall, told, by_asking
+        self._wall, self._notify, self._by_asking = wall, notify, by_asking
         self._lock = Lock()
         self.lease = RobotLease()
 
@@ -190,9 +190,9 @@ class Driving:
     def _take(self, step: LeaseStep) -> None:
         before, (self.lease, notices) = self.lease, step
         for notice in notices:
-            self._told(self.lease, notice)
+            self._notify(self.lease, notice)
         if not notices and self.lease.holder != before.holder:
-            self._told(self.lease, None)
+            self._notify(self.lease, None)
 
 
 class Plan(Struct, frozen=True):
@@ -314,8 +314,8 @@ class ServedRobot:
         session.driving, session.lease = self.driving, self.binding(self.driving.lease)
 
         def submit(dialogue: Dialogue[None], urgent: bool) -> None:
-            told = session.divergence.telling(self.check_and_note(dialogue, lambda: urgent))
-            session.actor.submit(told, urgent=urgent)
+            answered = session.divergence.telling(self.check_and_note(dialogue, lambda: urgent))
+            session.actor.submit(answered, urgent=urgent)
 
         session.divergence.ask = submit
         return session

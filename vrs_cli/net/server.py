@@ -251,7 +251,7 @@ class Server:
         self._links: set[_Link] = set()
         self._looked = 0.0  # [s] time of the last check of the tokens
         self._due: dict[str, asyncio.Event] = {}
-        self._told, self._internal_errors = "", 0
+        self._token_error, self._internal_errors = "", 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._broadcasts: dict[str, asyncio.Task[None]] = {}  # broadcasts by robot
         self._dropping: asyncio.Task[None] | None = None
@@ -529,9 +529,9 @@ class Server:
                     await self._end(room)
 
             self._dropping = asyncio.create_task(drop_forgotten())
-        if tokens.wrong and tokens.wrong != self._told:
+        if tokens.wrong and tokens.wrong != self._token_error:
             self._tell(tokens.wrong)
-        self._told = tokens.wrong
+        self._token_error = tokens.wrong
         for room in self.hub.rooms.values():
             for client in tuple(room.clients.values()):
                 if tokens.tokens.holds(client.grant, time.time()):

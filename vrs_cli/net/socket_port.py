@@ -122,13 +122,13 @@ class SocketPort:
         *,
         ca: Path | None = None,
         window: float = WINDOW,
-        told: Callable[[str], None] = lambda _text: None,
+        notify: Callable[[str], None] = lambda _text: None,
     ) -> SocketPort:
         """Open a port that follows the timeline; return it. Raises UsageError if `url` is not an address,
         RequestRefused if no robot answers, or the error that the server sent.
         """
         try:
-            port = cls(Client(url, hello, ca=ca, told=told), window)
+            port = cls(Client(url, hello, ca=ca, notify=notify), window)
             port.follow()
         except VrsError as error:
             raise error.with_traceback(None) from None
@@ -228,10 +228,10 @@ class SocketPort:
 
     def tell(self, message: messages.ClientMessage) -> None:
         """Send a message that has no answer, without waiting. Safe in a signal handler. If the message cannot be sent,
-        `client.told` gets the reason.
+        `client.notify` gets the reason.
         """
 
-        self._try_soon(lambda: self.client.send(message), lambda error: self.client.told(str(error)))
+        self._try_soon(lambda: self.client.send(message), lambda error: self.client.notify(str(error)))
 
     def _try_soon(self, act: Callable[[], object], refused: Callable[[RequestRefused], None]) -> None:
         """Call `act` in the thread of the connection; if it raises RequestRefused, call `refused` with the error."""

@@ -75,10 +75,10 @@ def node_of_machine() -> tuple[str, str] | None:
     if node is None or npm is None:
         return None
     try:
-        told = subprocess.run([node, "--version"], capture_output=True, text=True, timeout=30, check=True).stdout
+        output = subprocess.run([node, "--version"], capture_output=True, text=True, timeout=30, check=True).stdout
     except (OSError, subprocess.SubprocessError):
         return None
-    version = tuple(map(int, re.findall(r"\d+", told)[:2]))
+    version = tuple(map(int, re.findall(r"\d+", output)[:2]))
     return (node, npm) if (20, 19) <= version < (21,) or version >= (22, 12) else None
 
 

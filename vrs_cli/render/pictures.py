@@ -176,11 +176,11 @@ class BrowserPage:
 
     def evaluate(self, expression: str) -> Any:
         """Return the value of a JavaScript expression. If the value is a promise, wait for its result."""
-        told = self._call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
-        if "exceptionDetails" in told:
-            details = told["exceptionDetails"]
+        reply = self._call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        if "exceptionDetails" in reply:
+            details = reply["exceptionDetails"]
             raise PictureError("the page fails", str(details.get("exception", details).get("description", details)))
-        return told["result"].get("value")
+        return reply["result"].get("value")
 
     def picture(self, form: str, **options: Any) -> bytes:
         """Return a screenshot as `png` or `jpeg`."""
@@ -193,14 +193,14 @@ class BrowserPage:
             self._socket.send(json.dumps({"id": self._id, "method": method, "params": parameters, **session}))
             deadline = time.monotonic() + BROWSER_TIMEOUT_S
             while True:
-                told = json.loads(self._socket.recv(timeout=max(deadline - time.monotonic(), 0.0)))
-                if told.get("id") == self._id:
+                reply = json.loads(self._socket.recv(timeout=max(deadline - time.monotonic(), 0.0)))
+                if reply.get("id") == self._id:
                     break
         except Exception as error:  # websockets raises errors with no common base class
             raise PictureError("the browser draws nothing", f"{method}: {error or type(error).__name__}") from error
-        if "error" in told:
-            raise PictureError("the browser draws nothing", f"{method}: {told['error'].get('message')}")
-        return told["result"]
+        if "error" in reply:
+            raise PictureError("the browser draws nothing", f"{method}: {reply['error'].get('message')}")
+        return reply["result"]
 
 
 @contextmanager

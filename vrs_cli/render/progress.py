@@ -19,8 +19,8 @@ class RunProgress(AbstractContextManager["RunProgress"]):
     """A progress line: call it with the robot's time [s] as often as you like. `total`: the latest time at which the
     run can end.
 
-    `told`: formats the time, or another quantity, for the line; `wall`: returns real time [s]. Nothing is shown unless
-    stderr is a terminal. Call `hide` before you print anything else.
+    `shown_as`: formats the time, or another quantity, for the line; `wall`: returns real time [s]. Nothing is shown
+    unless stderr is a terminal. Call `hide` before you print anything else.
     """
 
     def __init__(
@@ -28,9 +28,9 @@ class RunProgress(AbstractContextManager["RunProgress"]):
         what: str,
         total: float | None = None,
         wall: Callable[[], float] = time.monotonic,
-        told: Callable[[float], str] = lambda t: f"t = {t:.2f} s",
+        shown_as: Callable[[float], str] = lambda t: f"t = {t:.2f} s",
     ) -> None:
-        self._what, self._total, self._wall, self._told = what, total, wall, told
+        self._what, self._total, self._wall, self._shown_as = what, total, wall, shown_as
         self._next = wall() + DELAY if sys.stderr.isatty() else float("inf")
         self._bar: Progress | None = None
 
@@ -41,7 +41,7 @@ class RunProgress(AbstractContextManager["RunProgress"]):
         self._next = now + PERIOD
         if self._bar is None:
             self._bar = _progress(self._what, self._total)
-        self._bar.update(self._bar.task_ids[0], completed=t, shown=self._told(t))
+        self._bar.update(self._bar.task_ids[0], completed=t, shown=self._shown_as(t))
         if self._bar.live.is_started:
             self._bar.refresh()
         else:
@@ -63,7 +63,7 @@ class RunProgress(AbstractContextManager["RunProgress"]):
 
 def reading(path: str) -> RunProgress:
     """Return a progress line for reading a file; call it with the fraction that was read, from 0 to 1."""
-    return RunProgress(f"reading {path}", 1.0, told=lambda share: f"{share:.0%}")
+    return RunProgress(f"reading {path}", 1.0, shown_as=lambda share: f"{share:.0%}")
 
 
 def _progress(what: str, total: float | None) -> Progress:

@@ -20,23 +20,23 @@ WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive,
 
 
 class Remote(Struct):
-    """A robot behind an open connection. `told`: called with each message about the connection."""
+    """A robot behind an open connection. `notify`: called with each message about the connection."""
 
     port: Port
-    told: Callable[[str], None]
+    notify: Callable[[str], None]
 
     remote = lives = waits = True
     banner = BANNER
 
     def front_end(self, terminal: dialogue.Terminal) -> FrontEnd:
-        return ConnectionWords(FrontEnd(terminal, self.port, self.told)).front_end
+        return ConnectionWords(FrontEnd(terminal, self.port, self.notify)).front_end
 
 
 class ConnectionWords:
     """The slash commands of a shell with a remote robot, and the display of messages about its connection."""
 
     def __init__(self, front_end: FrontEnd) -> None:
-        self.front_end, self._port, self._told = front_end, front_end.port, front_end.told
+        self.front_end, self._port, self._notify = front_end, front_end.port, front_end.notify
         self._attended = front_end.terminal.attended
         front_end.own_lines.append(self.take)
         front_end.hear_connection, front_end.opening = self.hear, self._begin
@@ -47,9 +47,9 @@ class ConnectionWords:
         if self._attended:
             self.front_end.answer()
             if not self._port.one_user:
-                self._told(WORDS)
+                self._notify(WORDS)
             if driver := self._port.status().driver:
-                self._told(self._driver_text(driver))
+                self._notify(self._driver_text(driver))
 
     def take(self, text: str) -> bool:
         """Carry out a line if it begins with a slash. Return whether it does."""
@@ -60,13 +60,13 @@ class ConnectionWords:
             case ["who"]:
                 found = self.front_end.end_of(Who)
                 if isinstance(found, Present):
-                    self._told(f"there are {', '.join(found.holders)}; {self._driver_text(found.driver)}")
+                    self._notify(f"there are {', '.join(found.holders)}; {self._driver_text(found.driver)}")
             case [("ask" | "release") as act]:
                 self.front_end.do(lambda id: Drive(id, LeaseAct(act)))
             case ["give", to]:
                 self.front_end.do(lambda id: Drive(id, LeaseAct.GIVE, to))
             case _:
-                self._told(WORDS)
+                self._notify(WORDS)
         return True
 
     def hear(self, message: ServerMessage) -> None:
@@ -76,18 +76,18 @@ class ConnectionWords:
             case Welcome(resumed=resumed):
                 if not resumed:
                     self.front_end.forget_questions()
-                self._told("connected again")
+                self._notify("connected again")
                 if self._attended:
                     with suppress(RequestRefused):  # ask for the state that the prompt shows
                         self.front_end.begin(lambda id: At(id, Attend()), self.front_end.come)
             case LessonText(text) | Announced(text=text):
                 by = f"{message.by}: " if isinstance(message, Announced) else ""
-                self._told(by + "".join(one for one in text if one.isprintable() or one == "\n"))
+                self._notify(by + "".join(one for one in text if one.isprintable() or one == "\n"))
             case Lease(holder, notice) if self._attended:
                 text = users.notice_text(notice, self._port.name) or self._driver_text(holder)
                 if isinstance(notice, users.Requested) and notice.of == self._port.name:
                     text += f": /give {notice.by}"
-                self._told(text)
+                self._notify(text)
 
     def _driver_text(self, driver: str) -> str:
         return f"{driver or 'nobody'} drives" if driver != self._port.name else "you drive"

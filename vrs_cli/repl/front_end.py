@@ -27,8 +27,8 @@ class FrontEnd(loop.Exchange):
     """The exchange between a shell and its robot, with the requests of the prompt and of full-screen views:
     suggestions, status, pictures."""
 
-    def __init__(self, terminal: Terminal, port: Port, told: Callable[[str], None]) -> None:
-        super().__init__(terminal, port, told)
+    def __init__(self, terminal: Terminal, port: Port, notify: Callable[[str], None]) -> None:
+        super().__init__(terminal, port, notify)
         self._status = questions.PromptStatus()
 
     # --- while a line is typed ---

@@ -200,13 +200,13 @@ def _without_byte_order_mark(source: Iterable[str]) -> Iterator[str]:
 class Exchange:
     """The exchange between a user and a robot: sends lines to a port, and shows messages and questions at a terminal.
 
-    `told`: a function that is called with messages about the connection. `interrupted`: whether Ctrl-C was pressed
-    during the last line. `failed`: whether a line was not carried out (`told` got the reason). `noted`: an error that
+    `notify`: a function that is called with messages about the connection. `interrupted`: whether Ctrl-C was pressed
+    during the last line. `failed`: whether a line was not carried out (`notify` got the reason). `noted`: an error that
     the toolbar shows.
     """
 
-    def __init__(self, terminal: Terminal, port: Port, told: Callable[[str], None]) -> None:
-        self.terminal, self.port, self.told = terminal, port, told
+    def __init__(self, terminal: Terminal, port: Port, notify: Callable[[str], None]) -> None:
+        self.terminal, self.port, self.notify = terminal, port, notify
         self.interrupted = self.failed = False
         self.noted = ""
         # functions for lines that are not in VAL-II; each carries out the lines that it knows, and returns whether it
@@ -335,7 +335,7 @@ class Exchange:
     def lose(self, why: str) -> None:
         """Report that something was not carried out."""
         self.failed = True
-        self.told(why)
+        self.notify(why)
 
     # --- messages ---
 

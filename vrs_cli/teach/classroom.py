@@ -107,7 +107,7 @@ def _serve(
     )
     stack.callback(local_robot.close)
     url = local_robot.url if lesson.delays is None else _add_delay(local_robot.url, DelayWays(*lesson.delays), stack)
-    port = SocketPort(Client(url, hello_of(local_robot.tokens[SHELL], attended=attended), told=tell))
+    port = SocketPort(Client(url, hello_of(local_robot.tokens[SHELL], attended=attended), notify=tell))
     stack.callback(port.close)
     return local_robot, Remote(port, tell)
 

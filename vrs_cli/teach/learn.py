@@ -144,7 +144,7 @@ class Learner:
         self.wanted: Path | None = None
         self._look, self._show, self._progress, self._course = look, show, progress, course
         self._at, self._hints = min(at, len(lesson.steps)), 0
-        self._started, self._told = 0.0, ""
+        self._started, self._shown_missing = 0.0, ""
         self._seen: object = None  # version of the timeline, and whether a program runs, at the last check
         self._busy = False  # whether the lesson itself is sending lines
         self._front_end: LessonPrompt
@@ -278,7 +278,7 @@ class Learner:
         """Show the task of the current step, and start the step."""
         self._hints, self._started = 0, self._look(lambda session: session.engine.now)
         self._task()
-        self._told = "" if self._step is None else _missing(self._marks(self._step))
+        self._shown_missing = "" if self._step is None else _missing(self._marks(self._step))
 
     def _task(self) -> None:
         step, of, folder = self._step, len(self.lesson.steps), self._next_lesson
@@ -328,9 +328,9 @@ class Learner:
         values = {one.name: one.of.items[0] for one in step.checks if isinstance(one, VariableCheck)}
         given = self._look(lambda session: session.environment.values())
         answered = any(values.get(one.name) in given for one in marks if not one.passed)
-        missing, before = _missing(marks), self._told
+        missing, before = _missing(marks), self._shown_missing
         if missing != before and (answered or any(one.passed for one in marks)):
-            self._told = missing
+            self._shown_missing = missing
             self._show(f"Not yet: {missing}.")
 
     def _advance(self, *, skipped: bool = False) -> None:

@@ -80,12 +80,12 @@ def propose(name: str, solution: str, cell: str | None = None) -> tuple[Path, li
     text = read_program_file(path)
     draft = Path(mkdtemp(prefix=".vrs-new-", dir=target.parent.resolve()))
     try:
-        told = _Proposal(draft, target.name, path, text, cell).write()
+        proposed = _Proposal(draft, target.name, path, text, cell).write()
         os.rename(draft, target)
     finally:
         shutil.rmtree(draft, ignore_errors=True)
     target.chmod(0o755)
-    return target, told
+    return target, proposed
 
 
 class _Proposal:

@@ -545,12 +545,12 @@ def value_at(held: OffsetNode[EventRow], channel: int, t: float) -> float | None
     """Return the value of a channel at time t [s]; None if no event has changed it by then."""
     offset, node = held
     t -= offset
-    way: list[tuple[Branch[EventRow], int]] = []
+    ancestors: list[tuple[Branch[EventRow], int]] = []
     while node.__class__ is Branch:  # not isinstance, for speed: g calls this to read the state of the hand
         place = bisect_right(node.begins, t) - 1
         if place < 0:
             break
-        way.append((node, place))
+        ancestors.append((node, place))
         begin, node = node.begins[place], node.nodes[place]
         t += node.begin - begin  # exact, because all times are on the grid
     if node.__class__ is Leaf:
@@ -561,7 +561,7 @@ def value_at(held: OffsetNode[EventRow], channel: int, t: float) -> float | None
             i = bisect_left(places, bisect_right(row.starts, t, first, node.last)) - 1
             if i >= 0 and places[i] >= first:
                 return row.values[places[i]]
-    for branch, place in reversed(way):
+    for branch, place in reversed(ancestors):
         found = (branch.changes or _changes(branch)).get(channel)
         if found is not None:
             i = bisect_left(found.places, place) - 1

@@ -163,12 +163,12 @@ def _standing(it: Evidence) -> Likely | None:
     still = np.maximum.accumulate(back, axis=0) - np.minimum.accumulate(back, axis=0) < 3.0 * it.noise
     samples = np.minimum.accumulate(still, axis=0).sum(axis=0)  # number of samples since each joint last moved
     ways = np.array([np.ptp(it.g.joints[len(back) - count :, joint]) for joint, count in enumerate(samples)])
-    stands = (ways > WAY * it.noise) & (samples > 0.5 * it.late.sum())
-    if not stands.any() or it.share(np.where(stands, 0.0, it.error)) < KICKED:
+    blocked = (ways > WAY * it.noise) & (samples > 0.5 * it.late.sum())
+    if not blocked.any() or it.share(np.where(blocked, 0.0, it.error)) < KICKED:
         return None
-    joints = [int(joint) + 1 for joint in np.flatnonzero(stands)]
-    moving = stands | (np.ptp(it.g.joints[it.times >= it.since], axis=0) > WAY * it.noise)
-    if stands.sum() == moving.sum() > 1:
+    joints = [int(joint) + 1 for joint in np.flatnonzero(blocked)]
+    moving = blocked | (np.ptp(it.g.joints[it.times >= it.since], axis=0) > WAY * it.noise)
+    if blocked.sum() == moving.sum() > 1:
         return DivergenceCause.STOPPED, "all joints stand still, and the timeline moves"
     if len(joints) == 1:
         here = it.arm.model.joint_text(joints[0], float(it.measured[-1, joints[0] - 1]), 1)

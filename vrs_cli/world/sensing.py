@@ -102,7 +102,7 @@ class SeenBody(NamedTuple):
     at_tool: bool = False
 
 
-class Way(NamedTuple):
+class BodyPath(NamedTuple):
     """The motion of a named body: its `pose` as a function of the time since the start [s], and `pace`, a bound on the
     speed of all its points [m/s] at each time. `growth`: the maximum rate at which that bound increases [m/s2]."""
 
@@ -125,7 +125,7 @@ class Sensing:
     def standing(self, body: str, T_world_body: Transform) -> frozenset[int]:
         """Return the numbers of the regions that contain a body at a fixed pose."""
         return self._recall(
-            (body, T_world_body), None, Way(body, lambda _: T_world_body, lambda _: 0.0, 0.0, 0.0)
+            (body, T_world_body), None, BodyPath(body, lambda _: T_world_body, lambda _: 0.0, 0.0, 0.0)
         ).begins_in
 
     def on_segment(self, sight: SeenBody, segment: Segment) -> Passage:
@@ -134,7 +134,7 @@ class Sensing:
         path = segment.path
         if (known := self._known.get((id(path), segment.duration, sight))) is not None:
             return known[1]
-        return self._recall((id(path), segment.duration, sight), path, self._way(sight, segment))
+        return self._recall((id(path), segment.duration, sight), path, self._body_path(sight, segment))
 
     def in_fall(self, body: str, T_world_body: Transform, duration: float) -> Passage:
         """Return the passage (regions at the start, and crossings) of a body that falls from rest for `duration` [s];
@@ -144,40 +144,40 @@ class Sensing:
             return T_world_body._replace(pz=T_world_body.pz - 0.5 * GRAVITY * s * s)
 
         return self._recall(
-            (body, T_world_body, duration), None, Way(body, pose, lambda s: GRAVITY * s, GRAVITY, duration)
+            (body, T_world_body, duration), None, BodyPath(body, pose, lambda s: GRAVITY * s, GRAVITY, duration)
         )
 
-    def _recall(self, key: object, kept: object, way: Way) -> Passage:
+    def _recall(self, key: object, kept: object, path: BodyPath) -> Passage:
         """Return the passage from the cache, or compute and cache it. `kept`: an object whose id is in the key; the
         cache keeps it alive."""
         if (found := self._known.get(key)) is None:
             if len(self._known) >= MAX_PASSAGES:
                 for old in list(self._known)[: MAX_PASSAGES // 2]:
                     del self._known[old]
-            found = self._known[key] = (kept, self._passage(way))
+            found = self._known[key] = (kept, self._passage(path))
         return found[1]
 
-    def _passage(self, way: Way) -> Passage:
+    def _passage(self, path: BodyPath) -> Passage:
         """Find when a moving body enters and leaves each region that it can reach."""
-        T, inside, found = way.pose(0.0), set[int](), list[Crossing]()
+        T, inside, found = path.pose(0.0), set[int](), list[Crossing]()
         # [m] maximum length of the path of any point of the body; regions farther away are skipped
-        far = way.pace(0.0) * way.duration + 0.5 * way.growth * way.duration**2 if way.duration else 0.0
+        far = path.pace(0.0) * path.duration + 0.5 * path.growth * path.duration**2 if path.duration else 0.0
         for number, region in enumerate(self.regions):
-            if _far_apart(self._bodies[way.body], T, region) > far:
+            if _far_apart(self._bodies[path.body], T, region) > far:
                 continue
-            (_, first), *rest = self._search(way, number, still=far == 0.0)
+            (_, first), *rest = self._search(path, number, still=far == 0.0)
             if first:
                 inside.add(number)
             found += (Crossing(s, number, now) for s, now in rest)
         return Passage(frozenset(inside), tuple(sorted(found)))
 
-    def _clearance(self, way: Way, s: float, region: int) -> float:
+    def _clearance(self, path: BodyPath, s: float, region: int) -> float:
         self.looks += 1
-        return clearance(self._bodies[way.body], way.pose(s), self.regions[region])
+        return clearance(self._bodies[path.body], path.pose(s), self.regions[region])
 
     # --- how a body moves ---
 
-    def _way(self, sight: SeenBody, segment: Segment) -> Way:
+    def _body_path(self, sight: SeenBody, segment: Segment) -> BodyPath:
         path, frames, duration = segment.path, segment.motion.frames, segment.duration
         solids = self._bodies[sight.body]
         far = max(length(moved_point(sight.T, solid.middle)) + solid.reach for solid in solids)
@@ -199,10 +199,10 @@ class Sensing:
             def pace(s: float) -> float:
                 return sum([lever * abs(value(rate, s)) for lever, rate in zip(arms, rates, strict=True)])
 
-            return Way(sight.body, pose, pace, growth, duration)
+            return BodyPath(sight.body, pose, pace, growth, duration)
         # no bound on the tool's speed is known for this arm: search in steps of the minimum length
         if self._arm.steady is not None:
-            return Way(sight.body, pose, lambda _: inf, 0.0, duration)
+            return BodyPath(sight.body, pose, lambda _: inf, 0.0, duration)
         base = inverse(frames.base)
         at_tip = sight.T if sight.at_tool else compose(inverse(frames.tool), sight.T)
         far = max(length(moved_point(at_tip, solid.middle)) + solid.reach for solid in solids)
@@ -214,27 +214,27 @@ class Sensing:
             vx, vy, vz, *_ = states(s)[1]
             return sqrt(vx * vx + vy * vy + vz * vz) + far * sum(abs(derivative_at(row, s, 1)) for row in angles)
 
-        return Way(sight.body, lambda s: compose(compose(base, states(s)[0]), at_tip), tip_pace, growth, duration)
+        return BodyPath(sight.body, lambda s: compose(compose(base, states(s)[0]), at_tip), tip_pace, growth, duration)
 
     # --- the search ---
 
-    def _search(self, way: Way, region: int, *, still: bool) -> Iterator[tuple[float, bool]]:
+    def _search(self, path: BodyPath, region: int, *, still: bool) -> Iterator[tuple[float, bool]]:
         """Yield pairs of a time [s] and whether the body is in the region: at the start, then at each change."""
-        s, gap = 0.0, self._clearance(way, 0.0, region)
+        s, gap = 0.0, self._clearance(path, 0.0, region)
         yield 0.0, gap <= 0.0
-        while s < way.duration and not still:
-            later = min(s + max(_safe(abs(gap), way.pace(s), way.growth), MIN_STEP_S), way.duration)
-            after = self._clearance(way, later, region)
+        while s < path.duration and not still:
+            later = min(s + max(_safe(abs(gap), path.pace(s), path.growth), MIN_STEP_S), path.duration)
+            after = self._clearance(path, later, region)
             if (after <= 0.0) is not (gap <= 0.0):
-                yield self._instant(way, region, (s, later), gap <= 0.0), after <= 0.0
+                yield self._instant(path, region, (s, later), gap <= 0.0), after <= 0.0
             s, gap = later, after
 
-    def _instant(self, way: Way, region: int, between: tuple[float, float], before: bool) -> float:
+    def _instant(self, path: BodyPath, region: int, between: tuple[float, float], before: bool) -> float:
         """Return the instant at which the body enters or leaves a region between two times, found by bisection."""
         low, high = int(between[0] / FINEST), ceil(between[1] / FINEST)
         while high - low > 1:
             middle = (low + high) // 2
-            if (self._clearance(way, middle * FINEST, region) <= 0.0) is before:
+            if (self._clearance(path, middle * FINEST, region) <= 0.0) is before:
                 low = middle
             else:
                 high = middle

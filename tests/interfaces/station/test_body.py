@@ -40,7 +40,7 @@ class Bench:
         self.body = RobotBody(MeasuredRecord(2), lambda: self.now, lambda: self.wall)
         self.told: list[BodyChange | DivergenceAlarm] = []
         self.heard: list[Report] = []
-        self.body.told.append(self.told.append)
+        self.body.listeners.append(self.told.append)
         self.body.record.listeners.append(self.heard.extend)
 
     def report(self, *times: float, first: int | None = None, name: str = "arm") -> ReportCounts:
@@ -187,7 +187,7 @@ class GuardedRobot:
         self.terminal = RecordingTerminal()
         self.session = Session(self.terminal)
         self.body, self.news = self.session.body, list[BodyNews]()
-        self.body.told.append(self.news.append)
+        self.body.listeners.append(self.news.append)
         self._random, self._t = np.random.default_rng(5), 0.0
 
     def joints(self, off: float = 0.0) -> Joints:
@@ -324,7 +324,7 @@ def test_a_client_is_waited_for_until_it_stands(guarded: GuardedRobot) -> None:
         if isinstance(news, BodyChange) and news.order is BodyMode.HOLDS:
             Thread(target=lambda: guarded.report(10, OFF, BodyMode.HOLDS)).start()
 
-    guarded.body.told.append(obey)
+    guarded.body.listeners.append(obey)
     guarded.session.perform("RESYNC")
     assert guarded.body.order is BodyMode.FOLLOWS
 
@@ -341,7 +341,7 @@ def test_resync_begins_when_the_body_stands_and_not_when_it_was_asked() -> None:
             wall[0] = 3.0
             session.body.take([Report(t, here, mode=BodyMode.HOLDS) for t in (2.8, 2.9)], name="arm")
 
-    session.body.told.append(obey)
+    session.body.listeners.append(obey)
     session.perform("RESYNC STOP")
     assert session.body.order is BodyMode.FOLLOWS
     assert session.engine.timeline[-1].start >= 3.0

@@ -65,7 +65,7 @@ class Actor:
         self._present: list[Ticket[Any]] = []  # requests that have begun and can continue, the next one last
         self._running: list[Ticket[Any]] = []  # requests that wait until a program has stopped
         self._asking: list[Ticket[Any]] = []
-        self._beside: list[Ticket[Any]] = []  # requests that wait for work in another thread
+        self._working: list[Ticket[Any]] = []  # requests that wait for work in another thread
         self._at_work: Ticket[Any] | None = None  # the request that is running now
         self._behind: frozenset[object] = frozenset()  # users who have not yet received their replies
         self._questions = count(1)
@@ -171,7 +171,7 @@ class Actor:
         if self._rests:
             return inf
         due = min(self._driver.peek(), self._beats_at)
-        passes = not self._driver.stands if self._running else clock.realtime and not clock.paused
+        passes = not self._driver.blocked_by_clock if self._running else clock.realtime and not clock.paused
         return due if passes or due <= clock.reached else inf
 
     def step(self) -> None:
@@ -182,7 +182,7 @@ class Actor:
         try:
             self._driver.engine.events.hold()
             came = self._take()
-            time_goes_on = bool(self._running) and not self._rests and not self._driver.stands
+            time_goes_on = bool(self._running) and not self._rests and not self._driver.blocked_by_clock
             if self._present:
                 self._look = True
                 self._work(self._present[-1])
@@ -266,7 +266,7 @@ class Actor:
     def _ready(self) -> Ticket[Any] | None:
         """Return the next request to begin; None if there is none. Users who have not received their replies, and users
         for whom another thread works, must wait."""
-        return self._waiting.next({ticket.by for ticket in self._beside if ticket.by is not None} | self._behind)
+        return self._waiting.next({ticket.by for ticket in self._working if ticket.by is not None} | self._behind)
 
     def _line_runs(self) -> bool:
         """Return whether a prompt line is moving the arm, so that other requests must wait."""
@@ -351,7 +351,7 @@ class Actor:
     def _take_said(self, ticket: Ticket[Any], said: Said) -> None:
         """Put a request that has yielded `said` into the right queue, and queue the reply or question for its user."""
         if isinstance(said, Work):
-            self._work_beside(ticket, said)
+            self._work_in_thread(ticket, said)
             return
         question = isinstance(said, questions.Question)
         self._move(self._asking if question else self._running if said is Slice.RUNNING else self._present, ticket)
@@ -361,26 +361,26 @@ class Actor:
         if not isinstance(said, Slice):
             self._answers.append((ticket, partial(ticket.say, said)))
 
-    def _work_beside(self, ticket: Ticket[Any], it: Work) -> None:
+    def _work_in_thread(self, ticket: Ticket[Any], it: Work) -> None:
         """Let another thread do the work of a request if many users are served. Otherwise do it at once, because nobody
         else waits."""
         if self._server is None:
             it.run()
             self._move(self._present, ticket)
             return
-        self._move(self._beside, ticket)
+        self._move(self._working, ticket)
         self._works.put((ticket, it))
-        if self._workers < min(len(self._beside), MAX_WORK_THREADS):
+        if self._workers < min(len(self._working), MAX_WORK_THREADS):
             self._workers += 1
             Thread(target=self._work_on, name="beside", daemon=True).start()
 
     def _work_on(self) -> None:
         """Do the queued work of requests. This method is the loop of a worker thread."""
         while (one := self._works.get()) is not None:
-            self._do_beside(*one)
+            self._do_in_thread(*one)
             del one  # otherwise finished work would stay in memory while this thread waits for more
 
-    def _do_beside(self, ticket: Ticket[Any], it: Work) -> None:
+    def _do_in_thread(self, ticket: Ticket[Any], it: Work) -> None:
         begun = time.thread_time()
         it.run()
         self.spent(ticket.by, ticket, time.thread_time() - begun)
@@ -436,7 +436,7 @@ class Actor:
             self._move(self._present, ticket)
 
     def _end_work(self, ticket: Ticket[Any]) -> None:
-        if ticket.place is self._beside:
+        if ticket.place is self._working:
             self._move(self._present, ticket)
 
     def _withdraw(self, ticket: Ticket[Any]) -> None:
@@ -446,7 +446,7 @@ class Actor:
     def _end_all(self) -> None:
         """End all requests early, and refuse new ones from now on."""
         self._closed = True
-        for ticket in (*self._waiting.all(), *self._present, *self._running, *self._asking, *self._beside):
+        for ticket in (*self._waiting.all(), *self._present, *self._running, *self._asking, *self._working):
             self._end(ticket, RequestRefused("the robot is not driven any more"))
 
     def _end(self, ticket: Ticket[Any], why: VrsError) -> None:

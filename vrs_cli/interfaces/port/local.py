@@ -84,7 +84,7 @@ class LocalPort:
         self._actor = session.actor
         self._ids = count(1)
         self._driving = Lock()
-        session.body.told.append(self._warn)
+        session.body.listeners.append(self._warn)
 
     def under(self, conditions: station.Conditions) -> LocalPort:
         """Return a port to the same robot that carries out its requests under the given conditions."""

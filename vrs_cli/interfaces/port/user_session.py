@@ -126,11 +126,11 @@ class UserSession:
 
     def refuse(self, message: messages.ClientMessage, error: Exception, outlet: Outlet) -> None:
         """Tell the user that a message was refused because of an error."""
-        told, id = self.refusal(error), message.id if isinstance(message, messages.Request) else None
+        refusal, id = self.refusal(error), message.id if isinstance(message, messages.Request) else None
         outlet(
-            messages.Done(message.id, ok=False, refusal=told, version=self.timeline.version)
+            messages.Done(message.id, ok=False, refusal=refusal, version=self.timeline.version)
             if isinstance(message, messages.Command)
-            else messages.Refused(told, id)
+            else messages.Refused(refusal, id)
         )
 
     def ask(
@@ -238,8 +238,8 @@ class UserSession:
         found = ticket.result() if error is None else None
         status, found = found if isinstance(found, _Found) else (None, found)
         ok = error is None and pending.wrong is None
-        told = None if error is None else self.refusal(error)
-        pending.outlet(messages.Done(pending.id, ok, told, self.timeline.version, status, found))
+        refusal = None if error is None else self.refusal(error)
+        pending.outlet(messages.Done(pending.id, ok, refusal, self.timeline.version, status, found))
 
     def _tell_found(self, pending: Pending, ticket: Ticket[Any], error: BaseException | None) -> None:
         assert pending.answer is not None, "Done ends all others"

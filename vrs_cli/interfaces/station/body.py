@@ -104,8 +104,8 @@ class RobotBody:
     Only this client may send reports. `order`: to follow the timeline or to hold, since the time `ordered_at` [s].
     `clock`: the measured offset, drift and delay of its clock.
 
-    The functions in `told` are called with each change, alarm and RESYNC, in the thread in which it occurs. Those in
-    `record.listeners` are called with the accepted reports. `now` returns the time of the robot's clock [s].
+    The functions in `listeners` are called with each change, alarm and RESYNC, in the thread in which it occurs. Those
+    in `record.listeners` are called with the accepted reports. `now` returns the time of the robot's clock [s].
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class RobotBody:
         self.name = ""
         self.order, self.ordered_at = measured.BodyMode.FOLLOWS, 0.0
         self.clock = ClockSeen()
-        self.told: list[Callable[[BodyNews], None]] = []
+        self.listeners: list[Callable[[BodyNews], None]] = []
         self.reporter = ""  # name of the client that sent the last report
         self._lock = Condition()
         self._begin(0)
@@ -126,9 +126,9 @@ class RobotBody:
         self._mode = measured.BodyMode.FOLLOWS
         self._last: float | None = None  # [s] time given in the newest report
         # first report since which the body has not moved, while it holds or is stopped
-        self._stood: measured.Report | None = None
+        self._rest_begin: measured.Report | None = None
         # newest report at that position, once the body has been at rest for STANDS_FOR
-        self._stands: measured.Report | None = None
+        self._rest_report: measured.Report | None = None
         # arrivals of reports: the time by the wall clock [s], and the number of reports
         self._arrivals: deque[tuple[float, int]] = deque()
         self._heard_at: float | None = None
@@ -204,13 +204,13 @@ class RobotBody:
 
     def _note_standing(self, reports: Sequence[measured.Report]) -> None:
         for one in reports:
-            first = self._stood
+            first = self._rest_begin
             if one.mode is measured.BodyMode.FOLLOWS or one.t < self.ordered_at:
-                self._stood = self._stands = None
+                self._rest_begin = self._rest_report = None
             elif first is None or any(abs(a - b) > STILL for a, b in zip(one.joints, first.joints, strict=True)):
-                self._stood, self._stands = one, None
+                self._rest_begin, self._rest_report = one, None
             elif one.t >= first.t + STANDS_FOR:
-                self._stands = one
+                self._rest_report = one
         self._lock.notify_all()
 
     def check_reports(self) -> None:
@@ -234,8 +234,8 @@ class RobotBody:
                 assert newest.end is not None, "it has reported"
                 return next(iter(newest.between(newest.end, newest.end)))
             name = self.name
-            self._lock.wait_for(lambda: self._stands is not None or self.name != name, within)
-            found = self._stands
+            self._lock.wait_for(lambda: self._rest_report is not None or self.name != name, within)
+            found = self._rest_report
             if found is None or self.name != name:
                 raise RequestRefused(
                     f"{name or 'the body'} was told to hold, and has not reported within {within:g} s that it stands"
@@ -252,12 +252,12 @@ class RobotBody:
         with self._lock:
             self.order, self.ordered_at = order, self.now() if at is None else at
             if order is measured.BodyMode.FOLLOWS:
-                self._stood = self._stands = None
+                self._rest_begin = self._rest_report = None
             self.tell(BodyChange(self.name, self.name, order, self.ordered_at))
 
     def tell(self, news: BodyNews) -> None:
         """Inform all listeners of an alarm, a failed reaction to one, a RESYNC or a change of the body."""
-        for tell in self.told:
+        for tell in self.listeners:
             tell(news)
 
     # --- the state of the body ---
@@ -340,7 +340,7 @@ class DivergenceGuard:
         self._due = False  # whether an automatic RESYNC waits until the body is no longer stopped (emergency stop)
         self._entered = -inf  # [s] when a client began to act as the body
         self._synchronised = -inf  # [s] when the last automatic RESYNC ended
-        body.told.append(self._hear)
+        body.listeners.append(self._hear)
 
     @property
     def on_alarm(self) -> measured.OnAlarm:

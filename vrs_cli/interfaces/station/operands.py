@@ -177,10 +177,10 @@ def leave(station: Station, _it: Instruction | None = None) -> Dialogue[None]:
         of_kinds = ((what, sorted(map(name_of, unstored.items(*kinds)))) for what, kinds in kinds_of.items())
         rows = (("program", unstored.programs()), *of_kinds)
         named = "; ".join(name_some(what, names) for what, names in rows if names and unstored.asked_about)
-        told = [f"{station.task.program} is running"] if station.task is not None and station.running else []
-        told += [f"Not stored: {named}. STORE file stores all"] if named else []
+        lines = [f"{station.task.program} is running"] if station.task is not None and station.running else []
+        lines += [f"Not stored: {named}. STORE file stores all"] if named else []
         leaves = "Leave without storing (Y/N)?" if named else "Leave (Y/N)?"
-        if told and not (yield questions.Parting(leaves, "\n".join(told))):
+        if lines and not (yield questions.Parting(leaves, "\n".join(lines))):
             return
     yield replies.Farewell()
 

@@ -116,7 +116,7 @@ class Station:
             ask=lambda dialogue, urgent: self.actor.submit(self.divergence.telling(dialogue), urgent=urgent),
         )
         self.engine.measured.listeners.append(self.divergence.take)
-        self.tasks.told = self._tell
+        self.tasks.notify = self._tell
         self.close = finalize(self, self.driver.devices.close_all)  # `finalize` also calls it at the end of the process
         self.engine.postponed.append(lambda it: self._warn(it.sentence))
         self.engine.turned.append(self._warn_turned)

@@ -169,7 +169,7 @@ class Driver:
         )
 
     @property
-    def stands(self) -> bool:
+    def blocked_by_clock(self) -> bool:
         """Return whether programs cannot continue because the clock is paused, while no request is waiting for them."""
         clock = self.engine.clock
         return clock.paused and not self._ends and self.awaited is None and self.peek() > clock.reached

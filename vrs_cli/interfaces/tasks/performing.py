@@ -248,8 +248,8 @@ class Performer:
         """End the task. A task that has the robot first waits until the robot is at rest, except a prompt line, and
         except a task that fails or is aborted while the clock is paused."""
         rests = not track.at_prompt or (isinstance(event, Aborted) and not self._tasks.only_waits(track))
-        stands = self._engine.clock.paused and isinstance(event, effects.Failed | Aborted)
-        if rests and not stands and self._tasks.owns(track) and self._engine.now < self._engine.end:
+        fails_while_paused = self._engine.clock.paused and isinstance(event, effects.Failed | Aborted)
+        if rests and not fails_while_paused and self._tasks.owns(track) and self._engine.now < self._engine.end:
             track.until(self._engine.end, event)
             return
         if isinstance(event, effects.Failed):

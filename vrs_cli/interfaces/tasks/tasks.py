@@ -190,8 +190,8 @@ class Watch(Struct):
 class Tasks(memory.System):
     """The tasks of a robot that run or have stopped. `current`: the number of the task that is carrying out steps.
     `who`: the user who is being served; this user drives the tasks that begin now. `failed`: the tasks that stopped
-    with an error while a user waited for another task; `told` is called with each of them. `observed` is called when a
-    task reacts to a signal. `breakpoints`: programs stop before these steps (program keys, and step numbers from 1).
+    with an error while a user waited for another task; `notify` is called with each of them. `observed` is called when
+    a task reacts to a signal. `breakpoints`: programs stop before these steps (program keys, and step numbers from 1).
     `watches`: programs stop when the value of one of these expressions changes."""
 
     def __init__(self, engine: Engine, environment: Environment, devices: Devices) -> None:
@@ -204,7 +204,7 @@ class Tasks(memory.System):
             None  # robot's pose and joints when the signal of LATCH.SIGNAL last turned on
         )
         self._latched = False
-        self.told: Callable[[results.StoppedTask], None] = lambda _beside: None
+        self.notify: Callable[[results.StoppedTask], None] = lambda _failed: None
         self.observed: Callable[[Track, int, bool], None] = lambda _track, _signal, _on: None
         self._engine, self._environment, self._devices = engine, environment, devices
         self._tracks: dict[int, Track] = {}
@@ -320,7 +320,7 @@ class Tasks(memory.System):
             self._devices.rest(track.number)
         if track.fault is not None and not track.awaited:
             self.failed.append(results.StoppedTask(track.number, track.fault, self._engine.now))
-            self.told(self.failed[-1])
+            self.notify(self.failed[-1])
 
     def kill(self, number: int) -> None:
         """Remove a task that has stopped. Raises TaskNotActive, TaskActive."""

@@ -79,7 +79,7 @@ def judge_signals(check: checks.SignalsCheck, run: basis.JudgedRun) -> basis.Ver
         named = {abs(one.signal) for one in check.changes}
         more = [one for k, one in enumerate(seen) if k not in used and abs(one.signal) in named]
         if more:
-            what = f"signal {abs(more[0].signal)} {_way(more[0].signal)} at {basis.figure(more[0].t, run.s)} s as well"
+            what = f"signal {abs(more[0].signal)} {_verb(more[0].signal)} at {basis.figure(more[0].t, run.s)} s as well"
             return basis.Verdict(basis.HALF, f"{what}, which is not wanted", run.evidence.started + more[0].t)
     return basis.Verdict(1.0, f"{count(total, 'signal')} changed as wanted", run.evidence.started + last)
 
@@ -116,12 +116,12 @@ def _missing(
 ) -> str:
     """Return the reason to show for a required change that the run does not contain."""
     name, done = f"signal {abs(wanted.signal)}", f"{found} of {count(total, 'change')} right"
-    reasons = (f"{name} {_way(one.signal)} {wrong} ({done})" for one in rest if (wrong := _wrong(wanted, one, run)))
+    reasons = (f"{name} {_verb(one.signal)} {wrong} ({done})" for one in rest if (wrong := _wrong(wanted, one, run)))
     did = "come on" if wanted.signal > 0 else "go off"
     return next(reasons, f"{name} did not {did}{' after that' if found else ''} ({done})")
 
 
-def _way(signal: int) -> str:
+def _verb(signal: int) -> str:
     return "came on" if signal > 0 else "went off"
 
 

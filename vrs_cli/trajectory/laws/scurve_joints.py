@@ -345,11 +345,11 @@ def stretches(
         )
     ]
     whole, found = together(joints, least)
-    ways = [
+    cubics = [
         list(_rows(q, to, joint, one, whole))
         for q, to, joint, one in zip(state.joints, goal, joints, found, strict=True)
     ]
-    for duration, phase, path in common_stretches(ways, whole - max([2.0 * one.ramp + one.keep for one in found])):
+    for duration, phase, path in common_stretches(cubics, whole - max([2.0 * one.ramp + one.keep for one in found])):
         steady = phase is Phase.BLEND and not any(half or sixth for _, _, half, sixth in path.coefficients)
         yield duration, Phase.CRUISE if steady else phase, path
 

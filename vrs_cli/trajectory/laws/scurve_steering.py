@@ -145,19 +145,19 @@ def rows_through(q: float, v: float, a: float, pieces: Pieces) -> Iterator[Row]:
     yield round(t * TICKS_PER_SECOND), t, q, 0.0, 0.0, 0.0  # exactly at rest, without rounding
 
 
-def common_stretches(ways: Sequence[Sequence[Row]], slows: float) -> Iterator[tuple[float, Phase, JointPath]]:
+def common_stretches(cubics: Sequence[Sequence[Row]], slows: float) -> Iterator[tuple[float, Phase, JointPath]]:
     """Yield a stretch from each instant at which some joint begins a new cubic to the next such instant. Only stretches
     that begin at `slows` [s] or later are marked as slowing down.
     """
-    instants = sorted({row[0] for way in ways for row in way})
-    paths, slowing = zip(*[_column(way, instants) for way in ways], strict=True), round(slows * TICKS_PER_SECOND)
+    instants = sorted({row[0] for rows in cubics for row in rows})
+    paths, slowing = zip(*[_column(rows, instants) for rows in cubics], strict=True), round(slows * TICKS_PER_SECOND)
     for (begin, end), path in zip(pairwise(instants), paths, strict=True):
         yield (end - begin) * TICK, Phase.BLEND if begin < slowing else Phase.DECELERATE, JointPath(path)
 
 
-def _column(way: Sequence[Row], instants: Sequence[int]) -> list[tuple[float, float, float, float]]:
+def _column(rows: Sequence[Row], instants: Sequence[int]) -> list[tuple[float, float, float, float]]:
     """Return the cubics of one joint from each instant to the next."""
-    column, rest = [], iter(way)
+    column, rest = [], iter(rows)
     (_, t, q, v, h, c), after = next(rest), next(rest, None)
     for instant in instants[:-1]:
         while after is not None and after[0] <= instant:
@@ -213,11 +213,11 @@ def steer(
     before = coming()
     if before is None:
         return ()
-    ways = [
+    cubics = [
         planned if jerk is None else list(rows_through(one.q, one.v, one.a, _pieces(one, jerk, tick)))
         for one, jerk, planned in zip(joints, jerks, before, strict=True)
     ]
-    return segments_of(start, motion, common_stretches(ways, tick))
+    return segments_of(start, motion, common_stretches(cubics, tick))
 
 
 def replay_steering(
@@ -392,8 +392,8 @@ def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[
     path = tuple([(q, v, 0.5 * a, (0.0 - a) / (6.0 * coasting)) for q, v, a in after])
     stretches.append((coasting, Phase.CRUISE, JointPath(path)))
     lasting = change.durations
-    ways = [change.polynomials(q, v, 0.0, 0.0) if lasting else [] for q, v in coasted]
-    for duration, rows in zip(lasting, zip(*ways, strict=True), strict=True):
+    changes = [change.polynomials(q, v, 0.0, 0.0) if lasting else [] for q, v in coasted]
+    for duration, rows in zip(lasting, zip(*changes, strict=True), strict=True):
         stretches.append((duration, Phase.DECELERATE, JointPath(rows)))
     return stretches
 

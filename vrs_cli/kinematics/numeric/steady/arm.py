@@ -76,9 +76,9 @@ class SteadyArm(RobotArm):
         return self.batch.within_ranges(T, near)
 
     def missing_turn(self, q: Joints, T: Transform) -> float:
-        from vrs_cli.kinematics.numeric.steady.conditions import Way  # imported here because it loads numpy
+        from vrs_cli.kinematics.numeric.steady.conditions import PointConditions  # imported here because it loads numpy
 
-        return float(Way(self.batch.conditions, q, T).at.angle[0])
+        return float(PointConditions(self.batch.conditions, q, T).at.angle[0])
 
     def _least(self, T: Transform, near: Joints) -> Joints | None:
         """Return the joints within the limits that have the least rotation error; among equal errors those that the arm
@@ -139,10 +139,12 @@ class SteadyArm(RobotArm):
         self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform, order: int
     ) -> tuple[Joints, ...]:
         # imported here because it loads numpy
-        from vrs_cli.kinematics.numeric.steady.conditions import CannotFollow, Way
+        from vrs_cli.kinematics.numeric.steady.conditions import CannotFollow, PointConditions
 
         try:
-            return Way(self.holding(T_flange_tool).batch.conditions, q, poses(0.0)).rates(twist, poses, order)
+            return PointConditions(self.holding(T_flange_tool).batch.conditions, q, poses(0.0)).rates(
+                twist, poses, order
+            )
         except CannotFollow:
             raise self._cannot_move_so(q) from None
 
@@ -150,11 +152,11 @@ class SteadyArm(RobotArm):
 
     def freedom(self, q: Joints) -> float:
         """Return how well the joints move the tip, times how well they turn the tool while the tip is at rest (see
-        `Way.freedom`).
+        `PointConditions.freedom`).
         """
-        from vrs_cli.kinematics.numeric.steady.conditions import Way  # imported here because it loads numpy
+        from vrs_cli.kinematics.numeric.steady.conditions import PointConditions  # imported here because it loads numpy
 
-        return Way(self.batch.conditions, q, self.forward(q)).freedom
+        return PointConditions(self.batch.conditions, q, self.forward(q)).freedom
 
 
 _holding = lru_cache(SteadyArm)

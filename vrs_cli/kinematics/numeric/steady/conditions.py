@@ -181,7 +181,7 @@ class CannotFollow(Exception):
     """Raised in a singular pose, where no joint rates can follow the path."""
 
 
-class Way:
+class PointConditions:
     """The conditions at one point of a path: at joints q that solve the desired pose T_base_flange."""
 
     def __init__(self, conditions: SteadyConditions, q: Joints, T: Transform) -> None:
