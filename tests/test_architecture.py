@@ -137,6 +137,7 @@ DEFERRED = (
     Deferred(("net/server.py",), ("vrs_cli.net.relay",), "it brings the client; few servers pass connections on"),
     Deferred(("engine/single_motion.py",), ("vrs_cli.engine.straight",), "short programs have no straight line"),
     Deferred(("wire/codec.py",), ("hashlib",), "it brings OpenSSL; files have other checksums"),
+    Deferred(("wire/codec.py",), ("inspect",), "few processes print a schema"),
     Deferred(("repl/config.py",), ("tomllib",), "most shells have no such file"),
     Deferred(("kinematics/robot_file.py",), ("tomllib",), "built-in robots are cached"),
     Deferred(("repl/interactive.py",), ("termios",), "Windows has none"),

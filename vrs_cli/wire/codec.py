@@ -103,15 +103,27 @@ def decode(data: Frame, kind: type[M]) -> M:
     return found
 
 
-@cache
-def _decoder(kind: Any) -> msgspec.json.Decoder[Any]:
-    return msgspec.json.Decoder(kind)
+_decoder = cache(msgspec.json.Decoder)
 
 
 def schema_text(title: str, **kinds: Any) -> str:
     """Return the JSON Schema of unions of messages, and of the messages in them. `kinds`: the unions by name."""
     (*unions,), components = msgspec.json.schema_components(kinds.values(), ref_template="#/$defs/{name}")
     definitions = {**dict(zip(kinds, unions, strict=True)), **components}
-    lines = ",\n".join(f'"{name}": {_json.encode(one).decode()}' for name, one in definitions.items())
+    lines = ",\n".join(f'"{name}": {_json.encode(_stable(one)).decode()}' for name, one in definitions.items())
     either = ", ".join(f'{{"$ref": "#/$defs/{name}"}}' for name in kinds)
     return f'{{"$schema": "{DIALECT}",\n"title": "{title}",\n"anyOf": [{either}],\n"$defs": {{\n{lines}\n}}}}\n'
+
+
+def _stable(schema: Any) -> Any:
+    """Return a schema in a form that does not depend on the versions of msgspec and Python: with dedented descriptions,
+    null as the last alternative, and without schemas of keys (`propertyNames`)."""
+    from inspect import cleandoc  # imported here because few processes print a schema
+
+    if isinstance(schema, dict):
+        return {
+            key: cleandoc(value) if key == "description" and isinstance(value, str) else _stable(value)
+            for key, value in schema.items()
+            if key != "propertyNames"
+        }
+    return sorted(map(_stable, schema), key=lambda one: one == {"type": "null"}) if isinstance(schema, list) else schema

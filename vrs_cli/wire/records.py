@@ -11,7 +11,6 @@ from math import copysign, hypot
 from typing import Annotated
 
 import msgspec
-from msgspec import structs
 
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Configuration, Profile
@@ -367,7 +366,7 @@ def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta
 
 def events_of(records: Iterable[EventRecord]) -> tuple[Event, ...]:
     """Convert records to events. Raises RecordError."""
-    return tuple([Event(_on_grid(one.time), *structs.astuple(one)[1:]) for one in records])
+    return tuple([Event(_on_grid(one.time), *msgspec.structs.astuple(one)[1:]) for one in records])
 
 
 def _on_grid(t: float) -> float:
@@ -410,16 +409,16 @@ def _line(record: LineRecord, form: Form) -> CartesianPath:
     if (configuration := form.ways.get((record.arm, record.elbow, record.wrist))) is None:
         raise RecordError("a configuration that the robot has not: arm, elbow and wrist")
     orientation, turns = _transform(record.orientation), tuple(map(_turn, record.turns))
-    guides = tuple([Guide(guide.weights, guide.value) for guide in record.guides]) or _as_held(record.seeds[0], form)
+    guides = [Guide(guide.weights, guide.value) for guide in record.guides] or [
+        # older files have no guides: redundant joints stood still on their lines
+        Guide(tuple(float(i == k) for k in range(form.joint_count)), (record.seeds[0][i],))
+        for i in form.held
+    ]
     if len(guides) != form.redundancy:
         raise RecordError(f"{len(guides)} guides of a line of a robot that needs {form.redundancy}")
-    return CartesianPath(record.position, orientation, turns, configuration, record.seeds, record.seed_interval, guides)
-
-
-def _as_held(joints: tuple[float, ...], form: Form) -> tuple[Guide, ...]:
-    """Return the guides (conditions on redundant joints) for a straight line from an older file: redundant joints stood
-    still on such lines."""
-    return tuple(Guide(tuple(float(i == k) for k in range(form.joint_count)), (joints[i],)) for i in form.held)
+    return CartesianPath(
+        record.position, orientation, turns, configuration, record.seeds, record.seed_interval, tuple(guides)
+    )
 
 
 def _turn(record: TurnRecord) -> Turn:

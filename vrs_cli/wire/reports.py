@@ -33,7 +33,6 @@ from operator import lt
 from typing import Annotated, Any
 
 import msgspec
-from msgspec import Meta, Struct
 
 from vrs_cli.errors import FileDamaged, IllegalValue
 from vrs_cli.kinematics.joints import JointUnits
@@ -138,15 +137,15 @@ def _places(size: int) -> range:
 
 
 MAX_MESSAGE_REPORTS = 2000  # maximum number of reports in one message
-Rows = Annotated[tuple[Joints, ...], Meta(max_length=MAX_MESSAGE_REPORTS)]
+Rows = Annotated[tuple[Joints, ...], msgspec.Meta(max_length=MAX_MESSAGE_REPORTS)]
 
 
-class ReportRows(Struct, frozen=True, omit_defaults=True, kw_only=True):
+class ReportRows(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
     """Reports of one mode. `times` [s] of the robot's clock; `joints` [rad, m], `velocity` [rad/s, m/s] and `effort` [N
     m, N] have a row for each time.
     """
 
-    times: Annotated[tuple[Time, ...], Meta(min_length=1, max_length=MAX_MESSAGE_REPORTS)]
+    times: Annotated[tuple[Time, ...], msgspec.Meta(min_length=1, max_length=MAX_MESSAGE_REPORTS)]
     joints: Rows
     velocity: Rows | None = None
     effort: Rows | None = None
@@ -277,7 +276,7 @@ def _quote(text: str) -> str:
     return repr(text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + "...")
 
 
-class RosbridgeMessage(Struct, frozen=True):
+class RosbridgeMessage(msgspec.Struct, frozen=True):
     """A message from a rosbridge server.
 
     `msg`: the message on a topic, or the text of a status message of this `level`; `values`: the answer of a service or
@@ -295,7 +294,7 @@ class RosbridgeMessage(Struct, frozen=True):
     status: int | None = None
 
 
-class RosTime(Struct, frozen=True):
+class RosTime(msgspec.Struct, frozen=True):
     """A builtin_interfaces/msg/Time."""
 
     sec: int
@@ -306,13 +305,13 @@ class RosTime(Struct, frozen=True):
         return self.sec + self.nanosec * 1e-9
 
 
-class Header(Struct, frozen=True):
+class Header(msgspec.Struct, frozen=True):
     """The fields read from a std_msgs/msg/Header."""
 
     stamp: RosTime
 
 
-class JointStates(Struct, frozen=True):
+class JointStates(msgspec.Struct, frozen=True):
     """A sensor_msgs/msg/JointState. JSON has no NaN; rosbridge writes null."""
 
     header: Header
@@ -328,7 +327,7 @@ class JointStates(Struct, frozen=True):
         return None if any(x is None or not isfinite(x) for x in found) else tuple(float(x or 0.0) for x in found)
 
 
-class TimeAnswer(Struct, frozen=True):
+class TimeAnswer(msgspec.Struct, frozen=True):
     """The answer of /rosapi/get_time."""
 
     time: RosTime
