@@ -19,12 +19,15 @@ PAGE = Path(__file__).parent / "messages.md"
 SCHEMA = Path(__file__).parent / "protocol.schema.json"
 HEAD = """# Every message
 
-All messages of [the protocol](protocol.md), from their types in `vrs_cli/wire/messages.py` and
-`vrs_cli/net/messages.py`; a field in brackets may be left out. `protocol.schema.json` says the same, and what is inside
-replies, questions and records, as a JSON Schema.
-Made by `python docs/make_protocol.py`.
+`python docs/make_protocol.py` makes this page of all messages of [the protocol](protocol.md), from their types in
+`vrs_cli/wire/messages.py` and `vrs_cli/net/messages.py`. `protocol.schema.json` is their JSON Schema; it also describes
+replies, questions and records.
+
+Fields in brackets are optional. The server executes a *command* once, and answers it by `done`; `until` is the latest
+arrival of a command or an answer by the server's clock [s]. The *answer* to a *request* has the same `id`. A client
+gets each message that is *numbered by `seq`* exactly once, also over a cut; `number` counts the changes of a robot.
 """
-COLUMNS = "| `type` | fields | sort | what it is |\n| --- | --- | --- | --- |"
+COLUMNS = "| `type` | fields | sort | meaning |\n| --- | --- | --- | --- |"
 SORTS = (
     (Command, "command"),
     (Request, "request"),

@@ -128,13 +128,13 @@ class Subscribe(Request, frozen=True):
     this timeline begins; absent: send all of it. If that is too long for one message, the timeline begins later: then
     `first` of the snapshot is not 0, and the message `window` asks for the rest. `after`: the number of the last change
     that the client has; the server sends only later changes. `rate`: samples per second (0: none), each for the time
-    `ahead` seconds after the robot's clock. If `ahead` is D_b, the delay of samples, the viewer sees the present; if it
-    is D_f + D_b, with the delay D_f of commands, the state in which a command sent now will find the robot. `console`:
-    also send the output of TYPE of other users' programs. `joints`: also send straight lines as `pieces` in joint
-    space, with at most this error of each joint [rad, m], from 1e-5 to 0.1; the server uses the next lower power of
-    ten. `world`: with `deltas`, also send the positions of parts, the states of sensors and the contacts, as `course`
-    and `contacts`. `measured`: also send new measurements of the robot's body, as `measurements`, at most 20 times a
-    second.
+    `ahead` seconds after the robot's clock. If `ahead` is D_b, the delay of samples, the viewer sees the present. If it
+    is D_b + D_f, the delay of samples and of commands, the viewer sees the robot as it will be when a command sent now
+    arrives. `console`: also send the output of TYPE of other users' programs. `joints`: also send straight lines as
+    `pieces` in joint space, with at most this error of each joint [rad, m], from 1e-5 to 0.1; the server uses the next
+    lower power of ten. `world`: with `deltas`, also send the positions of parts, the states of sensors and the
+    contacts, as `course` and `contacts`. `measured`: also send new measurements of the robot's body, as `measurements`,
+    at most 20 times a second.
     """
 
     deltas: bool = False
@@ -175,7 +175,7 @@ class Resync(ClientMessage, frozen=True):
 
 
 class Window(Request, frozen=True):
-    """Ask for the timeline from `begin` to `end` [s]; absent: to its end. `shown` answers."""
+    """Ask for the timeline from `begin` to `end` [s] (absent: to its end). `shown` answers."""
 
     begin: Time
     end: Time | None = None
@@ -268,9 +268,9 @@ class Embody(Request, frozen=True):
 
 
 class Measured(ClientMessage, ReportRows, frozen=True, kw_only=True):
-    """At most 2,000 reports of the body, with rising times. `first`: the number of the first report; the next reports
-    have the following numbers. `sent`: the time of sending, on the same clock as `times` [s]. `round_trip`: the
-    shortest measured delay to the server and back [s]. The server sends at most one refusal a second.
+    """At most 2,000 reports of the body, with rising times. `first`: the number of the first report; the others count
+    up from it. `sent`: the time of sending, on the same clock as `times` [s]. `round_trip`: the shortest measured delay
+    to the server and back [s]. The server sends at most one refusal a second.
     """
 
     first: Count
@@ -279,7 +279,7 @@ class Measured(ClientMessage, ReportRows, frozen=True, kw_only=True):
 
 
 class MeasuredWindow(Request, frozen=True):
-    """Ask for the reports of the body from `begin` to `end` [s]; absent: to the last one. `shownmeasured` answers."""
+    """Ask for the reports of the body from `begin` to `end` [s] (absent: to the last one). `shownmeasured` answers."""
 
     begin: Time
     end: Time | None = None
@@ -545,8 +545,8 @@ class BodyReleased(Numbered, frozen=True):
 
 
 class BodyStatus(ServerMessage, frozen=True):
-    """The state of the robot's body; absent if there is none. `unknown`: the time since which reports are missing [s].
-    Sent to all clients at each change; if only counts and clock change, at most once a second.
+    """The state of the robot's body (`body` absent: there is none). `unknown`: the time since which reports are missing
+    [s]. Sent to all clients at each change; if only counts and clock change, at most once a second.
     """
 
     body: BodySeen | None = None

@@ -210,8 +210,7 @@ class Complete(Request, frozen=True):
 
 
 class Check(Request, frozen=True):
-    """Ask the robot to find the first mistake in a line that the user has not yet submitted. The answer is
-    `checked`."""
+    """Ask for the first mistake in a line that the user has not yet sent. The answer is `checked`."""
 
     text: Text
 
@@ -327,7 +326,7 @@ class Checked(Result, frozen=True):
 
 
 class Fetched(Result, frozen=True):
-    """The answer to `get`."""
+    """The answer to `get`, and to `collect`."""
 
     name: str
     data: bytes
