@@ -81,7 +81,7 @@ class Run:
 
     def connect(self) -> None:
         self.arm.begin(self.body.now())
-        for message in self.arm.opening():
+        for message in self.arm.first_messages():
             assert not list(self.bridge.receive(json.dumps(message), self.body.now()))
 
     def move(self, *joints: float) -> None:

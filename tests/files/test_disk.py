@@ -291,11 +291,11 @@ def test_folders_come_first_and_hidden_files_not_at_all(tmp_path: Path) -> None:
 def test_what_is_not_there_is_named_with_what_is_near(tmp_path: Path) -> None:
     (tmp_path / "cell.v2").write_text("")
     with pytest.raises(NonexistentFile, match=r"did you mean cell\.v2"):
-        folder_files.existing(tmp_path / "cel.v2")
+        folder_files.check_file(tmp_path / "cel.v2")
     with pytest.raises(NonexistentFile):
         folder_files.entries(tmp_path / "nowhere" / "*.v2")
     with pytest.raises(FileError, match="folder"):
-        folder_files.existing(tmp_path)
+        folder_files.check_file(tmp_path)
 
 
 def test_a_target_has_the_extension_of_its_source_or_its_name_in_a_folder(tmp_path: Path) -> None:

@@ -192,7 +192,7 @@ class Course:
         last = self.wall + 10.0
         while self.wall < last:
             with suppress(RequestRefused):
-                self.body.standing(0.0)
+                self.body.wait_for_rest(0.0)
                 break
             self.step(gives=False)
         work.run()

@@ -198,7 +198,7 @@ class WorldSession(EventSession):
         """Take a part that stands, and go away with it; or go somewhere and open the hand."""
         r, engine = self.random, self.engine
         course, end = self.world.course(engine.timeline), engine.timeline.end
-        standing = sorted(course.standing(end).items())
+        standing = sorted(course.parts_at_rest(end).items())
         if course.held_part(end) is None and standing:
             _, T = r.choice(standing)
             self.hand(1.0)
@@ -254,7 +254,7 @@ class WorldSession(EventSession):
             assert part.held_part(t) == whole.held_part(t)
             assert [part.signal(number, t) for number in COMPUTED] == [whole.signal(number, t) for number in COMPUTED]
             assert part.next_change(t, end) == whole.next_change(t, end)
-            assert part.standing(t) == whole.standing(t)
+            assert part.parts_at_rest(t) == whole.parts_at_rest(t)
         assert list(part.notes) == [note for note in whole.notes if note[0] >= begins]
 
     def new_course(self, timeline: Timeline) -> WorldCourse:

@@ -106,7 +106,7 @@ def test_who_looks_has_a_share_of_the_machine() -> None:
 
 
 def test_looking_may_cost_its_share_of_the_window_at_once() -> None:
-    assert Allowance(looking_window=4.0).of_looking(0.1, 0.0).left(0.0) == pytest.approx(0.4)
+    assert Allowance(looking_window=4.0).of_looking(0.1, 0.0).remaining(0.0) == pytest.approx(0.4)
 
 
 def test_who_is_little_behind_is_not_waited_for() -> None:

@@ -18,8 +18,8 @@ from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.net import messages
 from vrs_cli.net.far_end import COMMAND_TIMEOUT_S, Ahead, Predicted
 from vrs_cli.net.messages import Abort, At, Clock, Done, Line, Pong, Told
-from vrs_cli.net.mirror import Mirror, parting
-from vrs_cli.net.preview import CHANGING, Flags, changing
+from vrs_cli.net.mirror import Mirror, first_difference
+from vrs_cli.net.preview import CHANGING, Flags, changing_line
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.acts import Execute, Go, Goal, ListMotions, Say, Undo
 from vrs_cli.values.commands import JointTarget, Move, Stamp
@@ -190,8 +190,8 @@ def test_where_timelines_part() -> None:
         versions.append(wires.engine.timeline)
     for one in versions:
         for other in versions[::7]:
-            t = parting(one, other)
-            assert t == parting(other, one)
+            t = first_difference(one, other)
+            assert t == first_difference(other, one)
             assert (t == inf) is (one == other)
             for k in range(20):
                 s = k / 20.0 * min(t, 30.0)
@@ -267,10 +267,11 @@ def test_what_may_change_the_timeline() -> None:
         "ready\nwhere\n": True,
     }
     for text, changes in asked.items():
-        assert (changing(Line(1, text)) is not None) is changes, text
-        assert (changing(At(1, Say(text))) is not None) is changes, text
-    assert [changing(it) for it in (Abort(1), At(1, Undo()), At(1, Execute("p")))] == ["ABORT", "UNDO", "EXECUTE p"]
-    assert changing(At(1, ListMotions())) is None
+        assert (changing_line(Line(1, text)) is not None) is changes, text
+        assert (changing_line(At(1, Say(text))) is not None) is changes, text
+    others = Abort(1), At(1, Undo()), At(1, Execute("p"))
+    assert [changing_line(it) for it in others] == ["ABORT", "UNDO", "EXECUTE p"]
+    assert changing_line(At(1, ListMotions())) is None
 
 
 def test_a_motion_says_when_it_was_issued() -> None:

@@ -4,7 +4,7 @@ import io
 
 import pytest
 
-from vrs_cli.render.progress import DELAY, PERIOD, RunProgress, reading
+from vrs_cli.render.progress import DELAY, PERIOD, RunProgress, reading_progress
 
 
 class Screen(io.StringIO):
@@ -58,7 +58,7 @@ def test_it_hides_for_other_text_and_comes_back(monkeypatch: pytest.MonkeyPatch,
 
 def test_a_file_tells_how_much_of_it_has_been_read(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = shown_on(monkeypatch, terminal=True)
-    with reading("day.vrst") as progress:
+    with reading_progress("day.vrst") as progress:
         progress._next = 0.0  # the wall clock of this one is real
         progress(0.42)
     assert "reading day.vrst" in screen.getvalue()

@@ -90,7 +90,7 @@ class Moved:
     wall: float = 0.0
 
     def watcher(self) -> Player:
-        playback = Playback.following(0.0, self.timeline.end, self.now, 0.0)
+        playback = Playback.begin_live(0.0, self.timeline.end, self.now, 0.0)
         return Player(self, playback, lambda: self.wall, lambda _t: "ann drives", live=True)
 
 

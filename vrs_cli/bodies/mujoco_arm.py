@@ -157,7 +157,7 @@ class MujocoArm:
         self._effort, self._push = np.zeros_like(q), np.zeros_like(q)
         self._weights = np.diag(mass_matrix(model, self.inertial, q[None])[0])  # weights of the PD gains
         mujoco.mj_forward(self._m, self._d)
-        self._reference = _standing(q)
+        self._reference = _rest_state(q)
         self._brake: _Brake | None = None  # the braking motion after an order to hold
         self._offset: _Quintic | None = None  # the offset of the arm from the set points, which fades to zero
         self._since = start
@@ -196,7 +196,7 @@ class MujocoArm:
             return
         self.mode, self._since = mode, self.time
         if mode is BodyMode.HOLDS:
-            self._brake = self._braking()
+            self._brake = self._new_brake()
         else:
             self._arrives = True
 
@@ -227,7 +227,7 @@ class MujocoArm:
         """Return the state that the controller should reach after TICKS steps (the reference)."""
         t = self.time + TICKS * STEP
         if self.mode is BodyMode.STOPPED:
-            return _standing(self._seen)
+            return _rest_state(self._seen)
         if self.mode is BodyMode.HOLDS:
             assert self._brake is not None  # the order to hold has set it
             return self._brake.at(t - self._since)
@@ -391,11 +391,11 @@ class MujocoArm:
         for i in range(self.model.joint_count):
             if i not in blocked:
                 self._d.eq_active[i] = False
-        self._reference = _standing(self._seen)
+        self._reference = _rest_state(self._seen)
         self.mode, self._since = BodyMode.HOLDS, self.time
-        self._brake = self._braking()
+        self._brake = self._new_brake()
 
-    def _braking(self) -> _Brake:
+    def _new_brake(self) -> _Brake:
         return _Brake(self._reference[0], self._reference[1], np.array(self.model.max_acceleration))
 
 
@@ -403,7 +403,7 @@ def _begin(one: scenario.Disturbance) -> float:
     return 0.0 if one.at is None else one.at
 
 
-def _standing(joints: Floats) -> State:
+def _rest_state(joints: Floats) -> State:
     return np.array([joints, np.zeros_like(joints), np.zeros_like(joints)])
 
 

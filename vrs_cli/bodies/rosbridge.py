@@ -125,7 +125,7 @@ class RosArm:
 
     # --- messages to rosbridge ---
 
-    def opening(self) -> list[Mapping[str, Any]]:
+    def first_messages(self) -> list[Mapping[str, Any]]:
         """Return the first messages of a connection."""
         settings = self.settings
         state = {"topic": self._state_topic, "type": CONTROLLER_STATE, "throttle_rate": STATE_PERIOD_MS}
@@ -429,7 +429,7 @@ async def _converse(body: BodyClient, arm: RosArm, socket: ClientConnection) -> 
             arm.hear(text)
 
     arm.begin(body.now())
-    for message in arm.opening():
+    for message in arm.first_messages():
         await socket.send(reports.write_message(message))
     reading = asyncio.create_task(read())
     try:

@@ -126,10 +126,10 @@ def program_files(named: Iterable[str]) -> tuple[str, ...]:
     A word is a file, a folder (all program files in it and below it), or a pattern (`cell/*.v2`, `**/*.pg`). Raises
     NonexistentFile for a folder or a pattern without program files.
     """
-    return tuple(dict.fromkeys(path for name in named for path in _meant(name)))
+    return tuple(dict.fromkeys(path for name in named for path in _paths_of(name)))
 
 
-def _meant(name: str) -> Iterable[str]:
+def _paths_of(name: str) -> Iterable[str]:
     if os.path.isdir(name) and not any(os.path.isfile(name + suffix) for suffix in PROGRAMS):
         return sorted(_below(name)) or _none(f"{name} holds no program file")
     if not os.path.lexists(name) and any(sign in name for sign in "*?["):
@@ -177,9 +177,9 @@ def read_recording(prog: str, path: str, *, lenient: bool = False, warns: bool =
     """Return the trajectory in a file; show a progress bar on a terminal. `warns`: print the file's mistakes on
     standard error. Raises FileError."""
     from vrs_cli.files.trajectory_file import read_trajectory
-    from vrs_cli.render.progress import reading
+    from vrs_cli.render.progress import reading_progress
 
-    with reading(path) as progress:
+    with reading_progress(path) as progress:
         recording = read_trajectory(path, progress, lenient=lenient)
     if recording.dropped_tail:
         print(f"{prog}: warning: the last line of {path} is incomplete and left out", file=sys.stderr)

@@ -62,7 +62,7 @@ def limited_memory(most: int | None) -> Iterator[MemoryGuard]:
     Raises CommandLineError if the system has no such limit.
     """
     if most is None:
-        yield partial(_guarded, 0, lambda: None)
+        yield partial(_guard_memory, 0, lambda: None)
         return
     try:
         import resource
@@ -79,13 +79,13 @@ def limited_memory(most: int | None) -> Iterator[MemoryGuard]:
         raise CommandLineError(f"--max-memory: the system refuses {most} bytes: {error}", "give less") from None
     lift = partial(resource.setrlimit, resource.RLIMIT_AS, before)
     try:
-        yield partial(_guarded, most, lift)
+        yield partial(_guard_memory, most, lift)
     finally:
         lift()
 
 
 @contextmanager
-def _guarded(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached], bool]) -> Iterator[None]:
+def _guard_memory(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached], bool]) -> Iterator[None]:
     what = f"--max-memory {most}" if most else "there is"
     reached = LimitReached(f"the run needs more memory than {what}", "give it more with --max-memory")
 

@@ -80,7 +80,7 @@ def stages(timeline: Timeline, course: WorldCourse | None, begin: float, end: fl
         in_hand = HeldPart(held, compose(frames.tool, T_tool_part)) if held and T_tool_part is not None else None
         changed = frozenset(name for t, name in moves if t == since)
         gripped = frozenset([name] if held is None and (name := taken[k]) is not None else [])
-        yield Stage(since, until, frames, course.standing(since), in_hand, hand, changed, gripped)
+        yield Stage(since, until, frames, course.parts_at_rest(since), in_hand, hand, changed, gripped)
 
 
 def changed_stages(before: Course, after: Course, since: float, shift: float) -> Iterator[Stage]:

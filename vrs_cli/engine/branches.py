@@ -85,15 +85,15 @@ class Branches:
 
     def book(self, name: str) -> Book:
         """Return the book of a branch. Raises UsageError for an unknown name."""
-        return self.left(name).book
+        return self.bookmark_of(name).book
 
-    def left(self, name: str) -> Bookmark:
+    def bookmark_of(self, name: str) -> Bookmark:
         """Return the bookmark at which a branch was left; for the current branch, a bookmark of the current state.
         Raises UsageError for an unknown name.
         """
-        return self._left(self._branch_named(name))
+        return self._bookmark_of(self._branch_named(name))
 
-    def _left(self, branch: _Branch) -> Bookmark:
+    def _bookmark_of(self, branch: _Branch) -> Bookmark:
         """Return the bookmark at which a branch was left; for the current branch, a bookmark of the current state."""
         return self.engine.bookmark() if branch.left is None else branch.left
 
@@ -138,7 +138,7 @@ class Branches:
 
     def _change_over(self, branch: _Branch) -> None:
         self._present.left = self.engine.bookmark()
-        self.engine.take_up(self._left(branch))
+        self.engine.take_up(self._bookmark_of(branch))
         self._present, branch.left = branch, None
         self._places[self.who] = branch
 
@@ -229,15 +229,15 @@ class Branches:
         after the last motion of main; main keeps its settings, and its clock advances at least to the clock of the
         branch. Raises UsageError, MotionError, FileError; nothing is changed then.
         """
-        return whole(self.merging(name))
+        return whole(self.merge_in_parts(name))
 
-    def merging(self, name: str) -> Parts[int]:
+    def merge_in_parts(self, name: str) -> Parts[int]:
         """Do `merge` in parts. Also raises RequestRefused, if the robot was stopped between two parts."""
         branch = self._branch_named(name)
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be merged into itself", "{MERGE branch}")
         self._check_time()
-        left, main = self._left(branch), self._left(self._main)
+        left, main = self._bookmark_of(branch), self._bookmark_of(self._main)
         steps: Sequence[HistoryStep] = ()
         if branch.fork.leaves(main.book):
             yield from self._check_again(branch.fork, main, left.book)

@@ -275,7 +275,7 @@ def _value(a: Floats, s: Floats) -> Floats:
 def _joints(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, seed: Joints) -> Joints | None:
     """Return the joints s seconds into a line; None if the arm does not reach the pose."""
     flange = compose(path.pose(s), inverse(segment.motion.frames.tool))
-    found = joints_on(arm.holding(segment.motion.frames.tool), path, s, flange, seed)
+    found = joints_on(arm.for_tool(segment.motion.frames.tool), path, s, flange, seed)
     # the seed is as good as a solution at the edge of the reach
     if found is None and distance(arm.forward(seed), flange) <= PLACE_TOLERANCE:
         return seed

@@ -170,7 +170,7 @@ class Engine:
             return self.now
         if isinstance(request, Move):
             waits = program and request.stamp is None
-            return max(self._beginning(request, program)[1], self.now) if waits else self.now
+            return max(self._start_of(request, program)[1], self.now) if waits else self.now
         needs_rest = isinstance(request, commands.Delay) or (isinstance(request, OperateHand) and request.immediate)
         if isinstance(request, commands.Break | SetTool | SetBase) or (program and needs_rest):
             return max(self.end, self.now)
@@ -233,7 +233,7 @@ class Engine:
     def _move(self, move: Move, program: bool, issued: float | None) -> float:
         """Plan and commit a motion; return the instant [s] until which the caller must wait."""
         self._check_power()
-        start, executed = self._beginning(move, program)
+        start, executed = self._start_of(move, program)
         now = on_grid(self.now)
         if self.realtime and executed < now:  # times before now cannot be changed
             later = max(now, self.timeline[self.timeline.index_at(now)].finish)
@@ -313,7 +313,7 @@ class Engine:
         if not self.settings.switch("POWER"):
             raise PowerOff("the arm has no power", "{ENABLE POWER}")
 
-    def _beginning(self, move: Move, program: bool) -> tuple[Start, float]:
+    def _start_of(self, move: Move, program: bool) -> tuple[Start, float]:
         """Return how a motion begins (`Start`), and when [s]."""
         now, end = on_grid(self.now), self.end
         if move.stamp is not None:
@@ -681,9 +681,9 @@ class Engine:
         Return the commands as strings, the last command first. Raises UsageError if there are fewer commands, TooLate
         for a command that has begun in real time, FileError.
         """
-        return whole(self.undoing(count))
+        return whole(self.undo_in_parts(count))
 
-    def undoing(self, count: int) -> Parts[tuple[str, ...]]:
+    def undo_in_parts(self, count: int) -> Parts[tuple[str, ...]]:
         """Do `undo` in parts. Also raises RequestRefused, if the robot was stopped between two parts."""
         stay = self.realtime
         steps = self.book.history.last_done(count, leaves_recorded=stay)
@@ -694,9 +694,9 @@ class Engine:
         before the undo. Return the commands as strings. Raises UsageError, TooLate for a command whose time has passed
         in real time, FileError, and the errors of the `checks`.
         """
-        return whole(self.redoing(count))
+        return whole(self.redo_in_parts(count))
 
-    def redoing(self, count: int) -> Parts[tuple[str, ...]]:
+    def redo_in_parts(self, count: int) -> Parts[tuple[str, ...]]:
         """Do `redo` in parts. Also raises RequestRefused, if the robot was stopped between two parts."""
         steps = [one.step for one in self.book.history.last_undone(count)]
         return self._through_history(steps, self.book.redo(count, self.check if self.checks else None))
@@ -766,7 +766,7 @@ class Engine:
         """Plan a motion in the same way as `perform`, without changing the timeline. Raises MotionError,
         IllegalValue.
         """
-        start, executed = self._beginning(move, False)
+        start, executed = self._start_of(move, False)
         motion = self._motion(move, start, executed)
         return self._plan_change(motion, self.now, executed, insert=self.settings.inserts)
 

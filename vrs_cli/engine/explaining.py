@@ -223,7 +223,7 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> results.
     """Return the joints of a location in each configuration, with the steps of the closed form."""
     reach, frames, here = reach_of(stand, target), stand.before.frames, stand.here
     T_robot_flange = compose(compose(frames.base, target.T_world_tool), inverse(frames.tool))
-    arm = stand.arm.holding(frames.tool)
+    arm = stand.arm.for_tool(frames.tool)
     solutions = []
     for option in reach.options:
         way = option.configuration

@@ -23,7 +23,7 @@ from vrs_cli.errors import (
     StraightLineSingular,
 )
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.compiled import comma_list, written
+from vrs_cli.kinematics.compiled import comma_list, compile_function
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Configuration, Joints, joints_outside
 from vrs_cli.kinematics.model import ArmTask
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
@@ -86,7 +86,7 @@ class Follower:
         T_robot_world: Transform = IDENTITY,
         slowest: float = inf,
     ) -> None:
-        self.arm, self.configuration, self.tool = arm.holding(T_flange_tool), configuration, T_flange_tool
+        self.arm, self.configuration, self.tool = arm.for_tool(T_flange_tool), configuration, T_flange_tool
         self.T_world_robot = inverse(T_robot_world)
         self.T_tool_flange = inverse(T_flange_tool)
         self.no_tool = T_flange_tool == IDENTITY
@@ -439,7 +439,7 @@ def _closeness(rate_steps: Joints, hopeless: float) -> Callable[[Sample, Sample]
         for i, step in enumerate(rate_steps)
     ]
     lines += ["half = 0.5 * (b.s - a.s)", f"return {' and '.join(tests)}"]
-    return written("closely(a, b)", lines, {"hopeless": hopeless})
+    return compile_function("closely(a, b)", lines, {"hopeless": hopeless})
 
 
 def _ahead(samples: Sequence[Sample], s: float) -> Joints:

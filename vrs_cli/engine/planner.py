@@ -158,9 +158,9 @@ def cut_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
     if segment.finish > t:
         return CutPlace(keep, here, segment.motion)
     if keep == len(timeline) or (after := timeline[keep]).start > t:
-        return CutPlace(keep, here.standing(), None)
+        return CutPlace(keep, here.at_rest(), None)
     moving = not state_at(arm, after, 0.0).joints.at_rest
-    return CutPlace(keep, here if moving else here.standing(), after.motion)
+    return CutPlace(keep, here if moving else here.at_rest(), after.motion)
 
 
 def _plan_from_cut(timeline: Timeline, cut: CutPlace, problem: Problem) -> tuple[CutPlace, tuple[Segment, ...]]:

@@ -272,7 +272,7 @@ def _joints_on_lines(arm: RobotArm, lines: list[_Line], out: Floats) -> None:
         values = np.concatenate([guide_values(line.path, line.s) for line in lines])
         q = arm.batch.solve_guided(poses, seeds, weights, values)
     else:
-        q = arm.holding(tool).batch.inverse_branch(poses, path.configuration, seeds)
+        q = arm.for_tool(tool).batch.inverse_branch(poses, path.configuration, seeds)
     out[np.concatenate([line.rows for line in lines])] = q
     for line in lines if np.isnan(q).any() else ():
         for row, s in zip(line.rows, line.s.tolist(), strict=True):

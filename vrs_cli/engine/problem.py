@@ -153,7 +153,7 @@ class Here(Struct, frozen=True):
     tool: ToolState | None = None
     T_flange_tool: Transform | None = None
 
-    def standing(self) -> Here:
+    def at_rest(self) -> Here:
         """Return the state at the same position, but at rest."""
         joints = JointState(self.joints.joints, (0.0,) * len(self.joints.joints))
         return Here(joints, self.tool and ToolState(self.tool.pose, STILL, STILL), self.T_flange_tool)
@@ -185,7 +185,7 @@ def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
 def _joints_with(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, pose: Transform) -> Joints:
     """Return the joints at s seconds after the start of a straight-line segment, where the tool has the given pose."""
     flange = compose(pose, inverse(segment.motion.frames.tool))
-    joints = joints_on(arm.holding(segment.motion.frames.tool), path, s, flange, path.seed(s))
+    joints = joints_on(arm.for_tool(segment.motion.frames.tool), path, s, flange, path.seed(s))
     if joints is None:
         raise PathWithoutJoints(
             f"{s:.3f} s into {segment.motion.text or 'a motion'}",
@@ -233,7 +233,7 @@ def _state_at(arm: RobotArm, segment: Segment, s: float, *, smoothly: bool) -> H
 
 def rest_after(arm: RobotArm, segment: Segment) -> Here:
     """Return the state at the end of a segment, at rest."""
-    return state_at(arm, segment, segment.duration).standing()
+    return state_at(arm, segment, segment.duration).at_rest()
 
 
 class Problem(Struct, frozen=True):

@@ -147,7 +147,7 @@ def _via_poses(begin: Transform, end: Transform) -> Iterator[Transform]:
 def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
     """Return whether a line to a via point, and a second line from there to the end, are possible."""
     near: Joints | None = stand.here
-    arm, (way, *_) = stand.arm.holding(stand.before.frames.tool), stand.arm.line_ways(stand.here)
+    arm, (way, *_) = stand.arm.for_tool(stand.before.frames.tool), stand.arm.line_ways(stand.here)
     for pose in (via, end):  # a quick check, before the lines are planned
         flange = compose(pose, inverse(stand.before.frames.tool))
         near = near and arm.branch_joints(flange, way, near)
@@ -179,7 +179,7 @@ def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
     """Explain why a target can be reached from a standpoint, or not. Raises IllegalValue if the target's number of
     joints does not fit the robot.
     """
-    arm, holding = stand.arm, stand.arm.holding(stand.before.frames.tool)
+    arm, holding = stand.arm, stand.arm.for_tool(stand.before.frames.tool)
     options, goal = tuple[Option, ...](), None
     if isinstance(target, JointTarget):
         check_joint_count(arm.model, target.joints)
@@ -206,7 +206,7 @@ def _option(stand: Standpoint, T_robot_flange: Transform, solution: Solution) ->
     if solution.joints is not None:
         return Option(c, solution.joints, _overruns(stand.arm, solution.joints))
     try:
-        stand.arm.holding(stand.before.frames.tool).select(T_robot_flange, stand.here, c)
+        stand.arm.for_tool(stand.before.frames.tool).select(T_robot_flange, stand.here, c)
     except LocationOutOfRange as error:
         return Option(c, None, too_far=error.beyond)
     except MotionError:

@@ -86,7 +86,7 @@ def _turned_as_it_can_be(problem: Problem) -> Transform | None:
     possible orientation at each point. None for other arms, and if the goal itself is in reach.
     """
     motion, tool = problem.motion, problem.motion.frames.tool
-    steady = problem.arm.holding(tool).steady
+    steady = problem.arm.for_tool(tool).steady
     if steady is None or motion.pose is None:
         return None
     T_robot_flange = compose(motion.pose, inverse(tool))
@@ -113,7 +113,7 @@ def _segments_to(problem: Problem) -> tuple[Segment, ...]:
     T_robot_flange = compose(problem.motion.pose, inverse(problem.motion.frames.tool))
     if arm.beyond(T_robot_flange) if arm.hand is None else not any(arm.branches(T_robot_flange)):
         try:  # no alternative can help if the end of the line is out of reach
-            arm.holding(problem.motion.frames.tool).select(T_robot_flange, joints)
+            arm.for_tool(problem.motion.frames.tool).select(T_robot_flange, joints)
         except LocationOutOfRange as beyond:
             raise beyond.reworded(place=failure.place) from None
     begins = failure.place is None or dist(failure.place, position(state.pose)) < NEAR_START
@@ -139,12 +139,12 @@ def least_duration(problem: Problem) -> float:
     Return 0 for an arm with redundant joints, and for an arm that may replace the goal of a line.
     """
     arm, motion, state = problem.arm, problem.motion, problem.tool
-    if arm.redundancy or arm.holding(motion.frames.tool).steady is not None:
+    if arm.redundancy or arm.for_tool(motion.frames.tool).steady is not None:
         return 0.0
     law, limits, goal = LAWS[motion.profile], tool_limits(arm, motion), _goal(problem, state)
     stretches = law.straight_motion(state, goal, limits, motion.duration)
     loads, q, most, tool = [1.0], problem.here.joints.joints, arm.model.max_acceleration, motion.frames.tool
-    arm, configuration, still = arm.holding(tool), arm.line_ways(q)[0], (0.0,) * len(q)
+    arm, configuration, still = arm.for_tool(tool), arm.line_ways(q)[0], (0.0,) * len(q)
     # joints must be able to start, and to stop at the end, with the accelerations of parabolic blends
     for index, pose in ((0, state.pose), (-1, goal)) if stretches and not law.smooth else ():
         stretch = stretches[index]

@@ -175,7 +175,7 @@ def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
     if motion.kind is MotionKind.STRAIGHT:
         return motion._replace(pose=pose)
     tool = motion.frames.tool
-    return motion._replace(goal=arm.holding(tool).select(compose(pose, inverse(tool)), destination))
+    return motion._replace(goal=arm.for_tool(tool).select(compose(pose, inverse(tool)), destination))
 
 
 def _relative_pose(
@@ -215,7 +215,7 @@ def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: F
         lower = tuple(low if slides(i) else max(low, -pi) for i, low in enumerate(model.lower, 1))
         upper = tuple(high if slides(i) else min(high, pi) for i, high in enumerate(model.upper, 1))
         arm = arm_for(model._replace(lower=lower, upper=upper))
-    return _remembered_joints(arm.holding(frames.tool), array("d", (*T_robot_flange, *near)).tobytes(), asked)
+    return _remembered_joints(arm.for_tool(frames.tool), array("d", (*T_robot_flange, *near)).tobytes(), asked)
 
 
 @lru_cache(REMEMBERED_JOINTS)

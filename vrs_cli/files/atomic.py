@@ -194,7 +194,7 @@ def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
     pipes and links are refused if `within` is a closed folder. Raises FileError.
     """
     target = Path(path)
-    with writing(target), closing(create_beside(target, within=within)) as beside:
+    with as_file_error(target), closing(create_beside(target, within=within)) as beside:
         yield beside.stream
         beside.commit()
 
@@ -308,7 +308,7 @@ def sync_handle(handle: int) -> None:
 def check_writable(path: str | Path) -> None:
     """Check that a file can be written later, without changing it. Raises FileError."""
     target = Path(path)
-    with writing(target):
+    with as_file_error(target):
         if not is_special(target):
             create_beside(target).close()
         elif not os.access(target, os.W_OK):
@@ -316,7 +316,7 @@ def check_writable(path: str | Path) -> None:
 
 
 @contextmanager
-def writing(path: Path, hint: str = "") -> Iterator[None]:
+def as_file_error(path: Path, hint: str = "") -> Iterator[None]:
     """Convert an OSError in the block to a FileError that names the file. `hint`: replaces the usual hint."""
     try:
         yield

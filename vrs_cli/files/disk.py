@@ -46,7 +46,7 @@ def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:
     return tuple(sorted(found, key=lambda row: (row.size is not None, row.name)))
 
 
-def existing(path: Path) -> Path:
+def check_file(path: Path) -> Path:
     """Check that a path leads to a file, and return the path. Raises NonexistentFile, or FileError for a folder."""
     if path.is_dir():
         raise errors.FileError(f"{path} is a folder", "name a file")
@@ -69,7 +69,7 @@ def target(old: Path, new: Path) -> Path:
 
 def delete(path: Path, within: Folder = FREE) -> None:
     """Delete a file. Raises FileError."""
-    with _telling(f"{path} cannot be deleted"), hold(path), within.parent(path) as there:
+    with _as_file_error(f"{path} cannot be deleted"), hold(path), within.parent(path) as there:
         os.unlink(_in(there, path), dir_fd=there)
 
 
@@ -77,7 +77,13 @@ def rename(old: Path, new: Path, within: Folder = FREE) -> None:
     """Rename a file, replacing any file with the new name. Raises FileError."""
     within.check(new)
     folders = within.parent(old), within.parent(new)
-    with _telling(f"{old} cannot be renamed to {new}"), hold(old), hold(new), folders[0] as here, folders[1] as there:
+    with (
+        _as_file_error(f"{old} cannot be renamed to {new}"),
+        hold(old),
+        hold(new),
+        folders[0] as here,
+        folders[1] as there,
+    ):
         os.replace(_in(here, old), _in(there, new), src_dir_fd=here, dst_dir_fd=there)
 
 
@@ -99,7 +105,7 @@ def copy(old: Path, new: Path, within: Folder = FREE) -> None:
 
 
 @contextmanager
-def _telling(what: str) -> Iterator[None]:
+def _as_file_error(what: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:

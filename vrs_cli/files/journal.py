@@ -18,7 +18,7 @@ from msgspec import Struct
 from vrs_cli.engine.book import Book, MemoryWindow, WindowSize
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.errors import FileError, UsageError
-from vrs_cli.files.atomic import HeldLock, create_beside, hold, is_special, writing
+from vrs_cli.files.atomic import HeldLock, as_file_error, create_beside, hold, is_special
 from vrs_cli.files.opening import reason
 from vrs_cli.files.past import GrowingFile, KeptRow, Past, Resumed, part_record, resume_journal
 from vrs_cli.files.rebuild import history_of
@@ -92,7 +92,7 @@ class Taken(Struct, frozen=True):
 
 def take(path: Path) -> Taken:
     """Lock a file that a new journal will replace. Raises FileError."""
-    with writing(path):
+    with as_file_error(path):
         return Taken(path, hold(path))
 
 
@@ -105,7 +105,7 @@ def take_up(path: Path, progress: Callable[[float], None] | None = None, changes
         raise FileError(f"{path} is a pipe or a device", "a session is recorded in a file")
     it = take(path)
     try:
-        with writing(path):
+        with as_file_error(path):
             if path.exists():
                 return _read(path, it.held, progress, changes)
             create_beside(path, it.held).close()  # check that the file can be created
@@ -173,7 +173,7 @@ class Journal:
         self._reports_due = -inf
         self._places: list[int] = []  # file position of every PART-th delta
         self.past = it.resumed.past if it.resumed is not None else None
-        with writing(it.path):
+        with as_file_error(it.path):
             if it.file is None:
                 self._file, self._lines = self._begin(it.path, it.held)
             else:
@@ -239,7 +239,7 @@ class Journal:
         # this sync has succeeded
         self._doubtful = True
         try:
-            with writing(self.path):
+            with as_file_error(self.path):
                 self._file.sync()
         except FileError as error:
             self._move(f"does not keep what is written ({error.detail})")
@@ -258,7 +258,7 @@ class Journal:
                 self._owed = data
                 return
             if not self._leave_if_changed(before):
-                with writing(self.path, NOT_DONE):
+                with as_file_error(self.path, NOT_DONE):
                     self._file.add(data, durable=self._durable and not self._together)
                 self._owed, self.unsettled = b"", self._together
                 if not self._leave_if_changed(before):
@@ -335,7 +335,7 @@ class Journal:
                 self._tell(f"{error}; the last measured reports are lost")
         try:
             if not self._leave_if_changed() or self._owed:
-                with writing(self.path):
+                with as_file_error(self.path):
                     for line in self._owed.splitlines(
                         keepends=True
                     ):  # write line by line, so that a nearly full disk still gets some of them

@@ -62,7 +62,7 @@ class _Columns(Struct, frozen=True):
     count: int
 
 
-def _raised(wrong: FileDamaged) -> None:
+def _raise(wrong: FileDamaged) -> None:
     raise wrong
 
 
@@ -74,7 +74,7 @@ def read_targets(
     relative: bool = False,
     live: bool = False,
     units: JointUnits = TURNING,
-    wrong: Callable[[FileDamaged], None] = _raised,
+    wrong: Callable[[FileDamaged], None] = _raise,
 ) -> Iterator[TimedTarget]:
     """Yield the targets of a stream as they arrive. `relative`: whether times count from the first target. `live`:
     whether the stream is still being written, so that a line without its line end counts as wrong. `wrong`: called with

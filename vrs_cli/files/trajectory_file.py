@@ -127,7 +127,7 @@ def read_trajectory(
         raise FileError(f"{path} is a folder", "name a trajectory file") from None
     except OSError as error:
         raise unreadable(file, error) from error
-    return reader.recording(lines)
+    return reader.check_recording(lines)
 
 
 class _Reader:
@@ -186,7 +186,7 @@ class _Reader:
             self._faults.append(Fault(number, str(error)))
             return self._checksums.skip(line)
 
-    def recording(self, lines: _Lines) -> Recording:
+    def check_recording(self, lines: _Lines) -> Recording:
         """Check that the motion of the whole file is continuous and within the limits, and return the recording. Raises
         FileDamaged.
         """

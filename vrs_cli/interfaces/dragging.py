@@ -148,7 +148,7 @@ class Pursuit:
             self.goal, self.steady = there, True
             self.roundabout, self._elsewhere, self._stalled = False, None, 0
             late = [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)]
-            return self._lagging(aim, now, late) if max(late) > 1.0 else Shortfall()
+            return self._lag_shortfall(aim, now, late) if max(late) > 1.0 else Shortfall()
         nearest = aim.nearest(box.put(self.goal), *box)
         stalled = nearest.gain < STALL_GAIN
         self.roundabout = there is not None and (self.roundabout or stalled)
@@ -156,7 +156,9 @@ class Pursuit:
         if self.roundabout and there is not None:
             # on this path the joints may cross the axis of joint 1
             self.goal = _towards(now, there, self.range.around(now, pace.ahead, pace.ahead))
-            return self._lagging(aim, now, [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)])
+            return self._lag_shortfall(
+                aim, now, [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)]
+            )
         if aim.miss(self.goal).within(*MISS_TOLERANCE):
             self.steady = True
             return Shortfall()
@@ -221,7 +223,7 @@ class Pursuit:
     # --- limits that keep the tool from its target ---
 
     @staticmethod
-    def _lagging(aim: Aim, now: Joints, late: list[float]) -> Shortfall:
+    def _lag_shortfall(aim: Aim, now: Joints, late: list[float]) -> Shortfall:
         """Return the shortfall for a target in reach; it names the joint that lags most as the cause. `late`: the lag
         of each joint as a multiple of the allowed lag."""
         return Shortfall(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))

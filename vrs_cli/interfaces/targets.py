@@ -60,7 +60,7 @@ class TargetControl(NamedTuple):
 
     # --- streams ---
 
-    def _opened(self, kind: StreamKind) -> TargetStream | None:
+    def _stream(self, kind: StreamKind) -> TargetStream | None:
         return self.session.user_state.streams.get(kind)
 
     def _open(self, kind: StreamKind) -> TargetStream:
@@ -115,7 +115,7 @@ class TargetControl(NamedTuple):
             self._accept(self._open(StreamKind.STEER))
             engine.redirect(act.joints, speed=speed, text=streams.STEERING.text)
         else:
-            self._accept(self._opened(StreamKind.STEER) or TargetStream(StreamKind.STEER, user_state, STOPPED))
+            self._accept(self._stream(StreamKind.STEER) or TargetStream(StreamKind.STEER, user_state, STOPPED))
             streams.chase(
                 engine, streams.STEERING, Target(act.joints, act.velocity), act.lasting, speed, user_state.issued
             )
@@ -157,7 +157,7 @@ class TargetControl(NamedTuple):
         """Take a target pose as `pull` does, and return how far the tool is from the pose. If the user has moved the
         robot in another way since the last pose, a new drag begins. Raises RequestRefused, once, if the robot was
         stopped since the last pose."""
-        session, stream = self.session, self._opened(StreamKind.DRAG)
+        session, stream = self.session, self._stream(StreamKind.DRAG)
         if (
             stream is not None
             and stream is session.stream
@@ -166,7 +166,7 @@ class TargetControl(NamedTuple):
         ):
             self._close(StreamKind.DRAG)
         yield from self.pull(pose, session.user_state.issued)
-        if (stream := self._opened(StreamKind.DRAG)) is not None and stream.ended:
+        if (stream := self._stream(StreamKind.DRAG)) is not None and stream.ended:
             self._close(StreamKind.DRAG)
             raise _refusal(stream)
         return session.pulled.held
@@ -184,7 +184,7 @@ class TargetControl(NamedTuple):
             else:
                 yield from self._take_pose(stream, pose, issued)
         finally:
-            if session.stream is None or session.stream is not self._opened(StreamKind.DRAG):
+            if session.stream is None or session.stream is not self._stream(StreamKind.DRAG):
                 session.pulled = structs.replace(session.pulled, issued=issued)
 
     def _take_pose(self, stream: TargetStream, pose: Transform, issued: float | None) -> dialogue.Dialogue[None]:
@@ -195,7 +195,7 @@ class TargetControl(NamedTuple):
             if session.stream is stream:
                 self._end(stream, str(error))
             raise
-        stream.pose, stream.issued, stream.heard = acts.rotating(pose), issued, session.engine.clock.reached
+        stream.pose, stream.issued, stream.heard = acts.check_rotation(pose), issued, session.engine.clock.reached
         if session.stream is not stream:
             yield from session.on_branch(Role.DESIGNER, self._begin_drag(stream))
         elif not session.engine.realtime:

@@ -16,8 +16,8 @@ from operator import mul
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, LocationTooFar, StraightLineSingular
-from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace, Unchanging, difference, unchanging
-from vrs_cli.kinematics.compiled import Biases, Formulas, biases, comma_list, formulas, solve, written
+from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace, Unchanging, difference, find_unchanging
+from vrs_cli.kinematics.compiled import Biases, Formulas, biases, comma_list, compile_function, formulas, solve
 from vrs_cli.kinematics.joints import (
     LIMIT_TOLERANCE,
     NONE,
@@ -181,7 +181,7 @@ class RobotArm:
         """Return a function that checks whether every joint is inside its limits."""
         tests = [f"{low!r} <= q{i} <= {high!r}" for i, (low, high) in enumerate(self._nearly_limits)]
         lines = [f"{comma_list(f'q{i}' for i in range(len(tests)))} = q", f"return {' and '.join(tests)}"]
-        return written("limits_ok(q)", lines, {"inf": inf})
+        return compile_function("limits_ok(q)", lines, {"inf": inf})
 
     def _outside(self, q: Joints) -> tuple[int, ...]:
         return joints_outside(q, self.model.lower, self.model.upper)
@@ -399,7 +399,7 @@ class RobotArm:
 
     @cached_property
     def unchanging(self) -> Unchanging:
-        return unchanging(self.model, self.forward)
+        return find_unchanging(self.model, self.forward)
 
     def check_task(
         self, T: Transform, T_robot_world: Transform = IDENTITY, T_flange_tool: Transform = IDENTITY
@@ -476,7 +476,7 @@ class RobotArm:
     # the arm itself if its joint rates depend on the desired pose; else None
     steady: Steady | None = None
 
-    def holding(self, T_flange_tool: Transform) -> RobotArm:  # noqa: ARG002 (some subclasses use it)
+    def for_tool(self, T_flange_tool: Transform) -> RobotArm:  # noqa: ARG002 (some subclasses use it)
         """Return an arm that solves for positions of the tip of this tool. Most arms do not depend on the tool and
         return themselves.
         """

@@ -91,7 +91,7 @@ class Unchanging(Struct, frozen=True):
         return None
 
 
-def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unchanging:
+def find_unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unchanging:
     """Return what no joint can change in the flange's pose, found by comparing sample poses. An arm with six degrees of
     freedom can change everything.
     """
@@ -260,7 +260,7 @@ class Turning(Struct, frozen=True):
     outward_bend: float
 
 
-def turning(
+def turning_bounds(
     bars: TwoBars, a: float, b: float, pace: HandPace, h: float, *, beside_axis: bool
 ) -> tuple[float, Turning | None]:
     """Return a lower bound of the clearance `shoulder` between two poses where it is a and b, and the bounds of the

@@ -283,7 +283,7 @@ def function(head: str, lines: Iterable[str]) -> str:
     return f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)
 
 
-def written(head: str, lines: Iterable[str], names: dict[str, Any]) -> Callable[..., Any]:
+def compile_function(head: str, lines: Iterable[str], names: dict[str, Any]) -> Callable[..., Any]:
     """Compile and return the function with this head (name and parameters) and these lines. Its code can use the values
     in `names`.
     """
@@ -355,7 +355,7 @@ def _elimination(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], .
     found = (comma_list(f"x{k}_{side}" for k in range(n)) for side in range(sides))
     lines += [*elimination_lines(n, sides), f"return {comma_list(f'({one})' for one in found)}"]
     head = f"square(rows, {comma_list(f'wanted{side}' for side in range(sides))})"
-    return written(head, lines, {"SMALL": SMALL, "LARGE": LARGE})
+    return compile_function(head, lines, {"SMALL": SMALL, "LARGE": LARGE})
 
 
 def elimination_lines(n: int, sides: int) -> list[str]:
@@ -430,4 +430,4 @@ def _written_of_gram(name: str, m: int, n: int) -> Callable[[Sequence[Sequence[f
                 changes = "; ".join(f"g{r}_{c} -= f * g{c}_{k}" for c in range(k + 1, r + 1))
                 lines += [f"f = g{r}_{k} / g{k}_{k}; {changes}"]
         lines += [f"return sqrt({' * '.join(f'g{k}_{k}' for k in range(m))})"]
-    return written(f"{name}(rows)", lines, {"sqrt": sqrt})
+    return compile_function(f"{name}(rows)", lines, {"sqrt": sqrt})

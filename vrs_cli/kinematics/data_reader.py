@@ -28,7 +28,7 @@ class Quantity(Struct, frozen=True):
             return value / 1000.0
         return radians(value) if self.unit.startswith("deg") else float(value)
 
-    def sliding(self) -> Quantity:
+    def for_prismatic(self) -> Quantity:
         """Return the same quantity for a prismatic joint: with mm instead of deg."""
         return Quantity(self.unit.replace("deg", "mm"), self.positive)
 

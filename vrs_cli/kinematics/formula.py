@@ -144,7 +144,7 @@ def every_branch(
     levels, signs = _levels(_tree(formula).body[1:-2], middle)
     flipped = [] if flip is None else _tree(flip).body[1:-1]
 
-    def nested(level: int, known: dict[str, float]) -> list[ast.stmt]:
+    def level_statements(level: int, known: dict[str, float]) -> list[ast.stmt]:
         """Return the statements of a level, followed by those of the deeper levels for both signs. `known`: the numbers
         of names, including the signs chosen in the outer levels.
         """
@@ -162,13 +162,13 @@ def every_branch(
         if level == len(signs):
             body += ast.parse(f"w{index} = q1, q2, q3, q4, q5, q6").body
         else:
-            body += [row for value in (1.0, -1.0) for row in nested(level + 1, known | {signs[level]: value})]
+            body += [row for value in (1.0, -1.0) for row in level_statements(level + 1, known | {signs[level]: value})]
         return found
 
     results = [f"w{index}" for index in range(2 ** len(signs))]
     tree = _tree(f"def branches(T):\n    {' = '.join(results)} = None\n    return {', '.join(results)}")
     numbers = {name: x for name, x in _scope(formula).nonlocals.items() if isinstance(x, float)}
-    tree.body[1:1] = nested(0, numbers)
+    tree.body[1:1] = level_statements(0, numbers)
     return _compile_tree(tree, formula, {"near": near})
 
 

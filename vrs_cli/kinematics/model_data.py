@@ -274,7 +274,7 @@ class ModelReader(DataReader, frozen=True):
 
     def of_joint(self, value: object, key: str, name: str, kind: JointKind) -> float:
         quantity = JOINT_KEYS[name]
-        return self.number(value, key, quantity.sliding() if kind is JointKind.PRISMATIC else quantity)
+        return self.number(value, key, quantity.for_prismatic() if kind is JointKind.PRISMATIC else quantity)
 
     def kind(self, value: object, key: str) -> JointKind:
         if value not in (TURN, SLIDE):

@@ -243,7 +243,7 @@ class Broadcast:
         listener.form = listener.form._replace(joints=joints)
         self._leave_channel(listener)
         if wanted.rate:
-            self._enter_channel(listener, self._following(wanted.rate, wanted.ahead))
+            self._enter_channel(listener, self._live_channel(wanted.rate, wanted.ahead))
         heard = streams.Listening(listener.form, listener.deflates, wanted.window) if wanted.deltas else None
         self._hear(listener, heard)
         self._hear_course(listener, wanted=wanted.world)
@@ -293,12 +293,12 @@ class Broadcast:
         viewer = listener.channel.viewer
         if wish.step is messages.PlayStep.FOLLOW:
             self._leave_channel(listener)
-            self._enter_channel(listener, self._following(viewer.rate, viewer.ahead))
+            self._enter_channel(listener, self._live_channel(viewer.rate, viewer.ahead))
         else:
             viewer = self._own(listener, listener.channel).viewer
             viewer.playback = STEPS[wish.step](viewer.playback, wish.value, self._wall())
 
-    def _following(self, rate: float, ahead: float) -> Channel:
+    def _live_channel(self, rate: float, ahead: float) -> Channel:
         """Return the channel for following the robot at this rate. If the existing channel is still behind after a jump
         of virtual time, return a new one."""
         shared = self._shared.get((rate, ahead))

@@ -26,7 +26,7 @@ class Lessons(Protocol):
     def take(self, client: ClientSession, line: messages.Line) -> bool:
         """Carry out a line that is for the lesson, and answer it with `done`; return False for a line to the robot."""
 
-    def standing(self, student: str) -> tuple[str, int, int]:
+    def progress_of(self, student: str) -> tuple[str, int, int]:
         """Return the title of a student's lesson, the number of passed steps, and the number of all steps."""
 
 
@@ -165,7 +165,7 @@ class ClassBoard:
         if at is not None:
             self._at[name] = at.robot
         robot = self._at.get(name, "")
-        lesson, step, of = ("", 0, 0) if self.lessons is None else self.lessons.standing(name)
+        lesson, step, of = ("", 0, 0) if self.lessons is None else self.lessons.progress_of(name)
         return messages.StudentState(
             name, own, len(here), robot, self._help.get(name), lesson, step, of, self._files_of(name)
         )

@@ -26,8 +26,8 @@ from zlib import crc32
 from vrs_cli.engine.book import JournalWriter
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import FileError, FileExists, LimitReached
-from vrs_cli.files.atomic import atomically, write_atomically, writing
-from vrs_cli.files.disk import BLOCK, existing
+from vrs_cli.files.atomic import as_file_error, atomically, write_atomically
+from vrs_cli.files.disk import BLOCK, check_file
 from vrs_cli.files.opening import Folder, reason, unreadable
 from vrs_cli.files.past import GrowingFile
 from vrs_cli.files.store import EVERYTHING, MemoryPart, sections_of, store
@@ -215,7 +215,7 @@ class MemoryFile:
         text = "".join(new) + print_file(sections_of(environment, items))
         if self._session.engine.settings is not self._settings:
             text += self._settings_line()
-        with writing(self.path):
+        with as_file_error(self.path):
             file.add(_seal(text), durable=True)
         self._programs, self._settings = programs, self._session.engine.settings
 
@@ -230,7 +230,7 @@ class MemoryFile:
         self._texts = {key: self._texts[key] for key in programs}
         write_atomically(self.path, _seal(text).decode())
         self.close()
-        with writing(self.path):
+        with as_file_error(self.path):
             self._file = GrowingFile(self.path)
         self._least = self._file.size
         self._programs, self._settings = programs, self._session.engine.settings
@@ -294,7 +294,7 @@ class Audit:
         self._handle, self._size = -1, 0
         self._failing = False
         if path is not None:
-            with writing(path, "name another place"):
+            with as_file_error(path, "name another place"):
                 self._open(path)
 
     def note(self, robot: str, who: str, address: str, what: str, result: str) -> None:
@@ -372,7 +372,7 @@ class RobotFiles:
 
     def fetch(self, name: str) -> bytes:
         """Read a file. Raises NonexistentFile, FileError, FileOutside."""
-        path = existing(self._folder.inside(name))
+        path = check_file(self._folder.inside(name))
         try:
             with self._folder.open_to_read(path) as stream:
                 data = stream.read(MAX_FETCHED_BYTES + 1)

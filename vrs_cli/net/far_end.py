@@ -22,8 +22,8 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.net import messages
-from vrs_cli.net.mirror import WINDOW, ClockReading, LastStatus, Mirror, parting
-from vrs_cli.net.preview import DragTargets, Flags, Preview, changing
+from vrs_cli.net.mirror import WINDOW, ClockReading, LastStatus, Mirror, first_difference
+from vrs_cli.net.preview import DragTargets, Flags, Preview, changing_line
 from vrs_cli.net.protocol import ClientConnection, ConnectionState
 from vrs_cli.net.timesync import Estimate, TimeSync
 from vrs_cli.trajectory.reports import ReportColumns
@@ -183,7 +183,7 @@ class FarEnd:
                 with suppress(VrsError):  # if the location is impossible, the robot will report the error
                     move = move_of(go, self._times)
                     self.preview.send(request.id, move, self.now if issued is None else issued, go.text)
-            case _ if (text := changing(request)) is not None:
+            case _ if (text := changing_line(request)) is not None:
                 self.preview.send(request.id, None, self.now, text)
 
     def send(self, message: messages.ClientMessage) -> None:
@@ -346,7 +346,7 @@ class FarEnd:
         before = self.mirror.timeline
         self.mirror.replace(snapshot, number)
         if self._is_live:
-            self._flag(parting(before, self.mirror.timeline))
+            self._flag(first_difference(before, self.mirror.timeline))
 
     def _flag(self, cut: float) -> None:
         """Flag the times that were shown wrongly before a change arrived; `cut`: the time from which the change

@@ -76,24 +76,24 @@ class Bucket:
         self._rate, self.most = rate, most
         self._left, self._since = most, now
 
-    def left(self, now: float) -> float:
+    def remaining(self, now: float) -> float:
         """Return the remaining budget; below 0 if it is overdrawn."""
         self._left = min(self.most, self._left + (now - self._since) * self._rate)
         self._since = now
         return self._left
 
     def spend(self, amount: float, now: float) -> None:
-        self._left = self.left(now) - amount
+        self._left = self.remaining(now) - amount
 
     def take(self, now: float) -> bool:
         """Spend one unit if the budget has one; return whether it was spent."""
-        there = self.left(now) >= 1.0
+        there = self.remaining(now) >= 1.0
         self.spend(there, now)
         return there
 
     def wait(self, now: float) -> float:
         """Return the time until the budget is no longer overdrawn [s]."""
-        return max(0.0, -self.left(now) / self._rate)
+        return max(0.0, -self.remaining(now) / self._rate)
 
 
 class Share:
@@ -117,7 +117,7 @@ class Share:
     def wait(self, now: float, holders: int, *, typing: bool) -> float:
         """Return how long the next request must wait [s]; `holders`: number of users who share the common budget."""
         own = self._typing if typing else self._lines
-        fair = own.most - own.left(now) <= self._all.most / holders
+        fair = own.most - own.remaining(now) <= self._all.most / holders
         return own.wait(now) if fair else max(own.wait(now), self._all.wait(now))
 
 
@@ -156,7 +156,7 @@ class Crowd:
     def guesses(self, address: str, now: float) -> bool:
         """Return whether too many wrong tokens came from an address recently."""
         bucket = self._wrong.get(address)
-        return bucket is not None and bucket.left(now) < 1.0
+        return bucket is not None and bucket.remaining(now) < 1.0
 
 
 class Meter:
@@ -170,7 +170,7 @@ class Meter:
         """Return the reason why the programs must stop; None if they may continue. `used`: their total CPU time [s]."""
         self._bucket.spend(used - self._used, self._looked)  # counts as if used at the time of the last call
         self._used, self._looked = used, now
-        if self._bucket.left(now) >= 0.0:
+        if self._bucket.remaining(now) >= 0.0:
             return None
         allowance = self._allowance
         self._bucket = Bucket(allowance.cpu, allowance.cpu * allowance.cpu_window, now)

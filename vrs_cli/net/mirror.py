@@ -217,7 +217,7 @@ class Mirror:
         return held.since(begin, self.world) if old else held
 
 
-def parting(before: Timeline, after: Timeline) -> float:
+def first_difference(before: Timeline, after: Timeline) -> float:
     """Return the first time [s] at which two timelines differ, of the times that both contain; infinity if the
     timelines are equal."""
     begin = max(before.start, after.start)

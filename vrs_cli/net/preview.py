@@ -182,7 +182,7 @@ CHANGING = frozenset(  # monitor commands that may change the timeline, besides 
 )
 
 
-def changing(request: messages.Request) -> str | None:
+def changing_line(request: messages.Request) -> str | None:
     """Return the request as a line, if it may change the timeline; else None."""
     match request:
         case messages.Line(text=text) | messages.At(act=Say(line=text)):

@@ -260,7 +260,7 @@ class Room(ServedRobot):
 
     def _tell_lease(self, lease: RobotLease, notice: Notice | None) -> None:
         """Inform all users that the lease has changed."""
-        self.session.lease = self.binding(lease)
+        self.session.lease = self.binding_lease(lease)
 
         def tell() -> None:
             for client in tuple(self.clients.values()):

@@ -81,7 +81,7 @@ class ServedBody:
         try:
             came = self.body.now()
             self.body.check_is(name)
-            if not self._budget.left(self._wall()) >= 0.0:
+            if not self._budget.remaining(self._wall()) >= 0.0:
                 raise LimitReached(f"more than {MAX_RATE:g} reports a second", "send fewer, or wait")
             self._budget.spend(len(message.times), self._wall())
             try:
@@ -311,10 +311,10 @@ class ServedRobot:
         session = _LeasedSession(
             self.console, plan.model, clock=clock, limits=limits, folder=self.folder, advice=advice
         )
-        session.driving, session.lease = self.driving, self.binding(self.driving.lease)
+        session.driving, session.lease = self.driving, self.binding_lease(self.driving.lease)
 
         def submit(dialogue: Dialogue[None], urgent: bool) -> None:
-            answered = session.divergence.telling(self.check_and_note(dialogue, lambda: urgent))
+            answered = session.divergence.report_failure(self.check_and_note(dialogue, lambda: urgent))
             session.actor.submit(answered, urgent=urgent)
 
         session.divergence.ask = submit
@@ -374,7 +374,7 @@ class ServedRobot:
             self._journal.add_reports(reports)
         del self._unwritten[: len(reports)]  # keeps reports that another thread has added meanwhile
 
-    def binding(self, lease: RobotLease) -> RobotLease | None:
+    def binding_lease(self, lease: RobotLease) -> RobotLease | None:
         """Return the lease that restricts commands; None for a robot of one user while nobody has requested the
         lease."""
         return None if self.plan.one_user and not lease.holder else lease

@@ -32,7 +32,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from vrs_cli.errors import FileDamaged, FileError, LimitReached, UsageError
-from vrs_cli.files.atomic import atomically, hold, write_atomically, writing
+from vrs_cli.files.atomic import as_file_error, atomically, hold, write_atomically
 from vrs_cli.files.opening import stamp, unreadable, wrong_name
 from vrs_cli.language.words.word import Role
 
@@ -312,7 +312,7 @@ class ClassFolder:
 
     def make(self, students: Iterable[str]) -> None:
         """Create the folder, or add students to it. Raises FileError, and UsageError for a known name."""
-        with writing(self.root, "name another folder"):
+        with as_file_error(self.root, "name another folder"):
             self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
         names = [*students, *(() if self.tokens.exists() else (TEACHER_NAME,))]
         add_tokens(self.tokens, [name for name in names if name != TEACHER_NAME], plain=True)
@@ -340,7 +340,7 @@ class ClassFolder:
         if len(data) > MAX_HAND_IN_BYTES:
             raise LimitReached(f"a program of {len(data)} bytes, {MAX_HAND_IN_BYTES} at most", "hand in a part of it")
         folder = self.hand_ins / student
-        with writing(folder, "tell your teacher"):
+        with as_file_error(folder, "tell your teacher"):
             folder.mkdir(parents=True, exist_ok=True)
             there = {path.name for path in folder.iterdir()}
         if len(there) >= MAX_HAND_INS:
@@ -368,7 +368,7 @@ class ClassFolder:
         student. Raises FileError.
         """
         found = self.latest()
-        with writing(target, "name another folder"):
+        with as_file_error(target, "name another folder"):
             target.mkdir(parents=True, exist_ok=True)
             for student, path in found.items():
                 with atomically(target / f"{student}.v2") as stream:
@@ -378,7 +378,10 @@ class ClassFolder:
     def archive(self) -> bytes:
         """Return the newest hand-in of each student as a ZIP file. Raises FileError."""
         stream = BytesIO()
-        with writing(self.hand_ins, "look at the disk"), zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as file:
+        with (
+            as_file_error(self.hand_ins, "look at the disk"),
+            zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as file,
+        ):
             for student, path in self.latest().items():
                 file.write(path, f"{student}.v2")
         return stream.getvalue()
@@ -413,7 +416,7 @@ class ClassFolder:
                     if time.monotonic() > deadline:
                         raise
                 time.sleep(0.1)
-        with writing(self.root, "do it again when the server has ended"):
+        with as_file_error(self.root, "do it again when the server has ended"):
             for path in there:
                 if path.is_dir() and not path.is_symlink():
                     shutil.rmtree(path)
@@ -425,7 +428,7 @@ class ClassFolder:
         """Remove the lines about a student from the audit."""
         tells = re.compile(rf'"(robot|who)": "{re.escape(student)}(-\d+)?"')
         for path in self.journal.glob("audit*.jsonl") if self.journal.is_dir() else ():
-            with writing(path, "remove its lines by hand"):
+            with as_file_error(path, "remove its lines by hand"):
                 lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
                 kept = [line for line in lines if not tells.search(line)]
                 if len(kept) < len(lines):

@@ -251,10 +251,10 @@ def write_page(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None, title: str = ""
 ) -> None:
     """Write an HTML file that plays a timeline at `rate` robot seconds per second."""
-    stream.write(_recorded(arm, timeline, world, title=title, rate=rate).encode())
+    stream.write(_recording_page(arm, timeline, world, title=title, rate=rate).encode())
 
 
-def _recorded(arm: RobotArm, timeline: Timeline, world: World | None, **more: Any) -> str:
+def _recording_page(arm: RobotArm, timeline: Timeline, world: World | None, **more: Any) -> str:
     """Return the HTML file that plays a timeline."""
     from vrs_cli.net.page_data import recorded_page  # imported only here, because exports of numbers do not need it
 
@@ -342,7 +342,7 @@ def _open_scene(
     """Show the page in a browser. Raises PictureError."""
     with TemporaryDirectory() as folder, browser_page() as seen:
         file = Path(folder) / "page.html"
-        file.write_text(_recorded(arm, timeline, world, picture=quality), encoding="utf-8")
+        file.write_text(_recording_page(arm, timeline, world, picture=quality), encoding="utf-8")
         seen.open(file.as_uri(), size)
         seen.evaluate(READY)
         yield seen

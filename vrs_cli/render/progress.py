@@ -61,7 +61,7 @@ class RunProgress(AbstractContextManager["RunProgress"]):
         self.hide()
 
 
-def reading(path: str) -> RunProgress:
+def reading_progress(path: str) -> RunProgress:
     """Return a progress line for reading a file; call it with the fraction that was read, from 0 to 1."""
     return RunProgress(f"reading {path}", 1.0, shown_as=lambda share: f"{share:.0%}")
 

@@ -62,7 +62,7 @@ _OWN = re.compile(r"(?:R[xyz]\([OAT]\)|[ATMR]\d?|BASE|TOOL|BASE\^-1|TOOL\^-1| )+
 def latex(text: str) -> str:
     at = text.find("sqrt(")
     if at >= 0:
-        end = _closing(text, at + len("sqrt"))
+        end = _closing_index(text, at + len("sqrt"))
         return f"{latex(text[:at])}\\sqrt{{{latex(text[at + len('sqrt(') : end])}}}{latex(text[end + 1 :])}"
     return _BETWEEN.sub(r"\,", _WORD.sub(_latex_word, text)).replace("^-1", "^{-1}")
 
@@ -81,7 +81,7 @@ def latex_name(name: str) -> str:
     return r"\mathrm{" + re.sub(r"[^\w.,:()+ -]", lambda found: f"\\{found[0]}", name).replace("_", r"\_") + "}"
 
 
-def _closing(text: str, opening: int) -> int:
+def _closing_index(text: str, opening: int) -> int:
     """Return the index of the parenthesis that closes the one at the given index."""
     depth = 0
     for at in range(opening, len(text)):

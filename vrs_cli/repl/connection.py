@@ -79,7 +79,7 @@ class ConnectionWords:
                 self._notify("connected again")
                 if self._attended:
                     with suppress(RequestRefused):  # ask for the state that the prompt shows
-                        self.front_end.begin(lambda id: At(id, Attend()), self.front_end.come)
+                        self.front_end.begin(lambda id: At(id, Attend()), self.front_end.receive)
             case LessonText(text) | Announced(text=text):
                 by = f"{message.by}: " if isinstance(message, Announced) else ""
                 self._notify(by + "".join(one for one in text if one.isprintable() or one == "\n"))

@@ -82,7 +82,7 @@ class FrontEnd(loop.Exchange):
         self.after()
         return id
 
-    def recording(self, question: questions.Playing) -> Recording:
+    def fetch_recording(self, question: questions.Playing) -> Recording:
         """Return the trajectory that REPLAY plays. Fetch its file first if the robot is not in this process. Raises
         RequestRefused if the file does not arrive."""
         if isinstance(self.port.on_screen, Recording):

@@ -166,7 +166,7 @@ class Shell:
             print(self.place.banner)
         for note in self.notes:
             print(note)
-        with without_echo(signals=False), interrupt.aborting(self._send_abort):
+        with without_echo(signals=False), interrupt.abort_on_quit(self._send_abort):
             if self.place.waits:
                 terminal = self.terminal_maker.wait()
                 with _interruptible(terminal):

@@ -37,7 +37,7 @@ class Stoppable:
         self.number: int | None = None
         self.waiting = False
         self._stop = stop
-        self._handling = _handling(SAID, self._on_signal)
+        self._handling = _handle_signals(SAID, self._on_signal)
 
     def __enter__(self) -> Self:
         self._handling.__enter__()
@@ -84,7 +84,7 @@ def stoppable(interrupt: Callable[[], bool]) -> Iterator[None]:
 
 
 @contextmanager
-def _handling(
+def _handle_signals(
     numbers: Iterable[int], handler: Callable[[int, FrameType | None], None], *, ignored_too: bool = False
 ) -> Iterator[None]:
     """During the block, call `handler` when one of the signals `numbers` arrives. Do nothing outside the main thread.
@@ -106,7 +106,7 @@ def ending() -> AbstractContextManager[None]:
     def end(number: int, _frame: FrameType | None) -> None:
         raise Ended(number)
 
-    return _handling(ENDINGS, end)
+    return _handle_signals(ENDINGS, end)
 
 
 async def signal_comes() -> int:
@@ -131,11 +131,11 @@ async def signal_comes() -> int:
             loop.remove_signal_handler(number)
 
 
-def aborting(abort: Callable[[], None]) -> AbstractContextManager[None]:
+def abort_on_quit(abort: Callable[[], None]) -> AbstractContextManager[None]:
     """Call `abort` on SIGQUIT, which Ctrl-X sends while a line is being executed (see `without_echo`). Windows has no
     SIGQUIT."""
     quit = [signal.SIGQUIT] if hasattr(signal, "SIGQUIT") else []
-    return _handling(quit, lambda _number, _frame: abort(), ignored_too=True)
+    return _handle_signals(quit, lambda _number, _frame: abort(), ignored_too=True)
 
 
 @contextmanager

@@ -22,7 +22,7 @@ from vrs_cli.interfaces.station.operands import name_some
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.text import ast, parser
-from vrs_cli.render.progress import reading
+from vrs_cli.render.progress import reading_progress
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.values import diagnostics, numbers, questions
 from vrs_cli.values.replies import Message, Plot, Reply, Tone, report
@@ -265,7 +265,7 @@ class Recorder:
         self.path = path
         self._journal: journal.Journal | None = None
         self._show: Callable[[Reply], None] | None = None  # shows a message about an error
-        with reading(path) as progress:
+        with reading_progress(path) as progress:
             self._taken = journal.take_up(Path(path), progress)
 
     @property

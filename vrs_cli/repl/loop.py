@@ -228,7 +228,7 @@ class Exchange:
         self._withdrawn: set[int] = set()
         self._question = 0  # the number of the open question; 0 if no question is open
         self.wake: Callable[[], object] = int  # called, from any thread, when messages wait for `keep_up`
-        port.listen(self.come)
+        port.listen(self.receive)
 
     # --- actions: each method returns when the robot has finished, and shows any error itself ---
 
@@ -283,7 +283,7 @@ class Exchange:
     def abort(self) -> None:
         """Stop the robot; this request overtakes all others. `keep_up` shows what was stopped. A signal handler may
         call this method."""
-        self.port.post(Abort, self.come)
+        self.port.post(Abort, self.receive)
 
     def act(self, act: results.Act[None]) -> None:
         self.do(lambda id: At(id, act))
@@ -297,7 +297,7 @@ class Exchange:
         self.noted = ""
         self._waits = True
         try:
-            id = self.port.begin(make, self.come)
+            id = self.port.begin(make, self.receive)
             while True:
                 message = self._later.popleft() if self._later else self.port.take(self._heard)
                 assert message is not None, "it waits as long as that takes"
@@ -416,7 +416,7 @@ class Exchange:
         """True if the current question no longer needs an answer."""
         return self._question in self._withdrawn
 
-    def come(self, message: ServerMessage) -> None:
+    def receive(self, message: ServerMessage) -> None:
         """Store a message that has arrived, and wake the prompt. The thread of a connection may call this method."""
         self._heard.put(message)
         self.wake()

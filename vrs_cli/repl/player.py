@@ -86,7 +86,7 @@ class Player(Struct):
         playback, t = self.playback, self.playback.at(wall)
         length = playback.end - playback.start
         done = round(BAR * (t - playback.start) / length) if length > 0.0 else BAR
-        times = f"{t:8.2f} / {playback.end:.2f} s   {playback.doing(wall)}, rate {playback.rate:g}"
+        times = f"{t:8.2f} / {playback.end:.2f} s   {playback.state_text(wall)}, rate {playback.rate:g}"
         position = position_at(watched.arm, timeline, t)
         where = plain_text(Whereabouts(position, units=watched.arm.model.units))
         lines = (f"[{'#' * done:-<{BAR}}] {times}", self.news(t), position.text if position.moving else "at rest")
@@ -131,7 +131,7 @@ async def watch(
     """Show a robot that others move, starting at its current time, until the user leaves. `news`: returns more lines
     about a shown time [s]. `passes`: returns whether the robot's clock runs in real time. `abort`: stops the robot."""
     timeline = watched.timeline
-    playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
+    playback = Playback.begin_live(timeline.start, timeline.end, watched.now, time.monotonic())
     player = Player(watched, playback, news=news, live=True, passes=passes, abort=abort, world=world)
     await player.screen().run_async()
 

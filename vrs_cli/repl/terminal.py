@@ -156,7 +156,7 @@ class ShellTerminal:
 
         screens = self.screens
         if isinstance(question, questions.Playing):
-            recording = screens.recording(question)
+            recording = screens.fetch_recording(question)
             play(recording.arm, recording.timeline, 1.0)
         elif is_dumb_terminal():
             return None

@@ -153,7 +153,7 @@ class _ExerciseReader(SurroundingsReader):
         robot = self.robot(reader)
         cell, inputs = self.cell(), self._inputs()
         dialect = reader.dialect(whole, "dialect") if "dialect" in table else Dialect.VPLUS
-        given = None if robot is None else self.given(robot, dialect)
+        given = None if robot is None else self.read_given(robot, dialect)
         if given is not None:
             reader.locations = frozenset(given.variables.values())
         parts, fixtures = (tuple(one.name for one in rows) for rows in (cell.scene.parts, cell.scene.fixtures))

@@ -247,7 +247,7 @@ class SurroundingsReader:
     def cell(self) -> Cell:
         return self.read_file(self.around / "cell.toml", read_cell, NO_CELL)
 
-    def given(self, robot: RobotModel, dialect: Dialect) -> LoadedFile | None:
+    def read_given(self, robot: RobotModel, dialect: Dialect) -> LoadedFile | None:
         """Read the programs and locations of given.v2; return None if the file is missing or unreadable."""
         path = self.around / "given.v2"
         text = self.read_file(path, program_text, None)

@@ -177,7 +177,7 @@ class _LessonReader(SurroundingsReader):
         robot = self.robot(reader)
         dialect = reader.dialect(whole, "dialect") if "dialect" in table else Dialect.VPLUS
         cell = self.cell()
-        given = None if robot is None else self.given(robot, dialect)
+        given = None if robot is None else self.read_given(robot, dialect)
         locations = {} if given is None else given.variables.values()
         reader.locations = frozenset(locations)
         reader.parts = tuple(one.name for one in cell.scene.parts)

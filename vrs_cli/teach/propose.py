@@ -122,7 +122,7 @@ class _Proposal:
         checks = tuple(proposed_checks(exercise, run))
         groups = tuple(groups_of(exercise, run, self.programs))
         self._write_checks(checks, "")
-        checks, wrong = self._failing(checks)
+        checks, wrong = self._deciding_checks(checks)
         variants = self._variants(checks, groups)
         self._write_checks(checks, variants)
         for number, (what, text) in enumerate(wrong, 1):
@@ -179,7 +179,7 @@ class _Proposal:
         with TemporaryDirectory(prefix="vrs-new-") as folder, chdir(folder):
             return SubmissionRuns(Submission("", "model.v2", text)).run(exercise)
 
-    def _failing(self, checks: Sequence[Proposed]) -> tuple[tuple[Proposed, ...], list[tuple[str, str]]]:
+    def _deciding_checks(self, checks: Sequence[Proposed]) -> tuple[tuple[Proposed, ...], list[tuple[str, str]]]:
         """Return the checks that the solution passes and at least one mutant fails, and the mutants (description, text)
         that fail these checks."""
         exercise = self._read()

@@ -116,7 +116,7 @@ class ServedLessons:
         tutor.take(client, line)
         return True
 
-    def standing(self, student: str) -> tuple[str, int, int]:
+    def progress_of(self, student: str) -> tuple[str, int, int]:
         """Return the title of a student's current lesson, the number of passed steps, and the number of all steps."""
         tutor = self._tutors.get(student)
         if tutor is None or not tutor.begun:

@@ -122,7 +122,7 @@ class Row(Sequence[Segment]):
         """Yield the segments from `first` up to, but not including, `last`."""
         phases = map(PHASES.__getitem__, self.phases[first:last])
         columns = self.starts[first:last], self.finishes[first:last], self.paths[first:last], phases
-        return map(Segment, *columns, _unpacked(self.motions[first:last]))
+        return map(Segment, *columns, _unpack(self.motions[first:last]))
 
     # --- growing ---
 
@@ -199,7 +199,7 @@ class Row(Sequence[Segment]):
         )
 
 
-def _unpacked(motions: Iterable[Motion | PackedMotion]) -> Iterator[Motion]:
+def _unpack(motions: Iterable[Motion | PackedMotion]) -> Iterator[Motion]:
     """Unpack motions; successive references to one packed motion give one motion object."""
     packed = None
     for motion in motions:

@@ -70,7 +70,7 @@ class JointPath(Struct, eq=False, gc=False):
     _length: int = 0  # number of coefficients of a polynomial, once the path is packed
 
     @classmethod
-    def packed(cls, rows: Sequence[Polynomial]) -> JointPath:
+    def make_packed(cls, rows: Sequence[Polynomial]) -> JointPath:
         """Make a path whose coefficients are stored as contiguous doubles. Raises ValueError if the polynomials differ
         in their number of coefficients.
         """

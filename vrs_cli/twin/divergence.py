@@ -109,7 +109,7 @@ def likely_cause(it: Evidence) -> Likely:
         return DivergenceCause.STOPPED, "the body says that it has stopped"
     if it.mode is BodyMode.HOLDS:
         return DivergenceCause.STOPPED, "the body says that it holds, and nobody ordered that"
-    for judge in (_lost_or_late, _standing, _payload, _other_commander_or_push):
+    for judge in (_lost_or_late, _blocked_joints, _payload, _other_commander_or_push):
         if (found := judge(it)) is not None:
             return found
     return DivergenceCause.UNKNOWN, f"joint {it.worst + 1} differs most, and no simple cause explains all joints"
@@ -154,7 +154,7 @@ def _delay(it: Evidence) -> tuple[float, float, float]:
     return best
 
 
-def _standing(it: Evidence) -> Likely | None:
+def _blocked_joints(it: Evidence) -> Likely | None:
     """Test for blocked joints, that is, joints that are at rest although the timeline moves them, while the other
     joints follow it."""
     # a joint at rest has no errors of motion, so the uncertainty of the healthy model does not count
@@ -190,7 +190,7 @@ def _payload(it: Evidence) -> Likely | None:
         share = it.share(it.error - column * compliance)
         if share > best:
             best, sags = share, column * compliance
-    if best < max(EXPLAINED, _growing(it)):
+    if best < max(EXPLAINED, _growth_share(it)):
         return None
     moved = np.array(it.arm.jacobian(tuple(it.g.joints[-1].tolist())))[:3] @ sags[-1]
     return (
@@ -199,7 +199,7 @@ def _payload(it: Evidence) -> Likely | None:
     )
 
 
-def _growing(it: Evidence) -> float:
+def _growth_share(it: Evidence) -> float:
     """Return the fraction of the squared residuals explained by residuals that grow with the square of time, as they do
     if two commanders move the arm."""
     best = 0.0

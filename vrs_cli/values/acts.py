@@ -51,7 +51,7 @@ class Goal(Struct, frozen=True, omit_defaults=True):
     def target(self) -> commands.Target:
         """Return the target. Raises IllegalValue if no field is set, or if the pose is not a valid location."""
         if self.pose is not None:
-            return commands.PoseTarget(rotating(self.pose))
+            return commands.PoseTarget(check_rotation(self.pose))
         if self.joints is not None:
             return commands.JointTarget(_finite(self.joints))
         if self.named is not None:
@@ -59,7 +59,7 @@ class Goal(Struct, frozen=True, omit_defaults=True):
         if self.joint is not None:
             return commands.JointOffsetTarget(self.joint, *_finite((self.change,)))
         if self.offset is not None:
-            return commands.ToolOffsetTarget(rotating(self.offset))
+            return commands.ToolOffsetTarget(check_rotation(self.offset))
         if self.aligned:
             return commands.AlignedTarget()
         raise IllegalValue("a motion to nowhere", "a pose, joints, or the name of a pose")
@@ -85,7 +85,7 @@ class Valued(TaggedValue, frozen=True, omit_defaults=True):
     def value(self) -> Value:
         """Return the value. Raises IllegalValue if no field is set, or if a number is not finite."""
         if self.location is not None:
-            return rotating(self.location)
+            return check_rotation(self.location)
         if self.joints is not None:
             return _finite(self.joints)
         if self.text is not None:
@@ -103,7 +103,7 @@ def _finite(numbers: Joints) -> Joints:
     return numbers
 
 
-def rotating(T: Transform) -> Transform:
+def check_rotation(T: Transform) -> Transform:
     """Return a transformation unchanged. Raises IllegalValue if its axes do not form a rotation, or if a number is
     outside the range of reals."""
     if max(map(abs, _finite(T))) > LIMIT:

@@ -394,7 +394,7 @@ def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, form
     if len(rows) != form.joint_count:  # `_check_count`, written out here because this runs for each segment
         raise _wrong_count(rows, form)
     try:
-        return Segment(start, finish, JointPath.packed(rows), record.phase, motion)
+        return Segment(start, finish, JointPath.make_packed(rows), record.phase, motion)
     except ValueError:
         lengths = {*map(len, rows)}
         what = f"polynomials of {min(lengths)} and of {max(lengths)} coefficients in one segment"

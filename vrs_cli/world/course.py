@@ -116,11 +116,11 @@ class WorldCourse:
     def graspable(self, t: float) -> str | None:
         """Return the part that the hand would take if it closed at t [s] from its current opening."""
         found = part_between(
-            self._settings, self.standing(t).items(), self.tool(t), (self.opening(t) * self._settings.opening, 0.0)
+            self._settings, self.parts_at_rest(t).items(), self.tool(t), (self.opening(t) * self._settings.opening, 0.0)
         )
         return None if found is None else found[0]
 
-    def standing(self, t: float) -> Mapping[str, Transform]:
+    def parts_at_rest(self, t: float) -> Mapping[str, Transform]:
         """Return the parts that are at rest at t [s], outside the hand, each with its T_world_part."""
         t = self._advance(t)
         with self._lock:

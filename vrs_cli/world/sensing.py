@@ -122,7 +122,7 @@ class Sensing:
         self._known: dict[object, tuple[object, Passage]] = {}
         self.looks = 0  # number of distances computed
 
-    def standing(self, body: str, T_world_body: Transform) -> frozenset[int]:
+    def regions_of(self, body: str, T_world_body: Transform) -> frozenset[int]:
         """Return the numbers of the regions that contain a body at a fixed pose."""
         return self._recall(
             (body, T_world_body), None, BodyPath(body, lambda _: T_world_body, lambda _: 0.0, 0.0, 0.0)

@@ -407,7 +407,7 @@ class Simulation:
 
     def _stand(self, name: str, T: Transform) -> None:
         if self._settings.sensing.regions:
-            self._see(name, self._settings.sensing.standing(name, T))
+            self._see(name, self._settings.sensing.regions_of(name, T))
 
     def _see(self, body: str, inside: frozenset[int]) -> None:
         """Record the sensor regions that now contain a body, and set the signals of the sensors."""

@@ -69,7 +69,7 @@ def test_the_rate_has_a_highest_and_a_lowest_step() -> None:
 
 
 def test_who_follows_pauses_in_the_present() -> None:
-    paused = Playback.following(0.0, 10.0, 4.0, 0.0).toggle(1.0)
+    paused = Playback.begin_live(0.0, 10.0, 4.0, 0.0).toggle(1.0)
     assert (paused.playing, paused.at(9.0)) == (False, 4.0)
     assert paused.toggle(9.0).playing
 
@@ -83,12 +83,12 @@ def test_who_follows_pauses_in_the_present() -> None:
         (playing(), 103.0, "playing"),
         (playing().pause(103.0), 104.0, "paused"),
         (playing(), 112.0, "ended"),
-        (Playback.following(0.0, 10.0, 4.0, 0.0), 1.0, "live"),
-        (Playback.following(0.0, 10.0, 4.0, 0.0).look(0.0, 0.0, 10.0, 6.5), 0.0, "2.5 s behind"),
+        (Playback.begin_live(0.0, 10.0, 4.0, 0.0), 1.0, "live"),
+        (Playback.begin_live(0.0, 10.0, 4.0, 0.0).look(0.0, 0.0, 10.0, 6.5), 0.0, "2.5 s behind"),
     ],
 )
 def test_what_it_does_is_said(playback: Playback, wall: float, said: str) -> None:
-    assert playback.doing(wall) == said
+    assert playback.state_text(wall) == said
 
 
 # --- from command to command -----------------------------------------------------------------------------------------

@@ -30,7 +30,7 @@ TOOL = translation(0.0, 0.0, 0.05)
 
 
 def lines(robot: str) -> Iterator[str]:
-    arm = arm_for(load_robot(URDF / robot if robot.endswith(".urdf") else robot)).holding(TOOL)
+    arm = arm_for(load_robot(URDF / robot if robot.endswith(".urdf") else robot)).for_tool(TOOL)
     random, middle = Random(robot), np.array([arm.model.lower, arm.model.upper]).mean(axis=0)
     for _ in range(WAYS):
         q = middle + np.array([random.uniform(-0.7, 0.7) for _ in middle])

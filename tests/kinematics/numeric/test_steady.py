@@ -36,7 +36,7 @@ EXACT = 1e-4  # [rad] a turn that is none, also where the bars are nearly stretc
 
 
 def steady(model: RobotModel, tool: Transform) -> SteadyArm:
-    arm = arm_for(model).holding(tool)
+    arm = arm_for(model).for_tool(tool)
     assert isinstance(arm, SteadyArm)
     return arm
 

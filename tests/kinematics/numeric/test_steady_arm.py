@@ -23,7 +23,7 @@ NEARBY = 1e-3  # [rad, m] how far off joints are that keep the place
 
 @cache
 def arm_of(seed: int, joints: int, tool: Transform = IDENTITY) -> RobotArm:
-    return arm_for(random_arm(seed, joints)).holding(tool)
+    return arm_for(random_arm(seed, joints)).for_tool(tool)
 
 
 def joints_of(arm: RobotArm, random: Random, inside: float = 0.1) -> Joints:

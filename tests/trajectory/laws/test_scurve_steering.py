@@ -14,7 +14,7 @@ from vrs_cli.trajectory.laws.scurve_steering import (
     _beyond,
     _brakable,
     _jerk,
-    _slowing,
+    _stopping_change,
     joint_pieces,
     state_after,
     steer,
@@ -103,7 +103,7 @@ def test_joints_that_stop_together_keep_the_limits_of_each() -> None:
     for _ in range(200):
         joints = [AT_REST._replace(a_max=random.uniform(1.0, 9.0), j_max=random.uniform(5.0, 90.0)) for _ in range(3)]
         velocities = [random.uniform(-1.4, 1.4) for _ in joints]
-        change = _slowing(joints, velocities)
+        change = _stopping_change(joints, velocities)
         for one, v in zip(joints, velocities, strict=True):
             level = abs(change.level(v, 0.0, 0.0))
             assert level <= STOPPING_PART * one.a_max * (1.0 + 1e-6)

@@ -304,7 +304,7 @@ def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: in
     after_connecting = bool(there) and there[-1] in _CONNECTING
     # whether the operand before the cursor is complete
     ended = _OPERAND_BEFORE.search(settled) is not None and not after_connecting
-    connecting = [row for row in _connecting(word, ended) if row[0] not in there]
+    connecting = [row for row in _link_words(word, ended) if row[0] not in there]
     if ended:
         return connecting
     if after_connecting:
@@ -323,7 +323,7 @@ def _of_shape(argument: Argument, names: DefinedNames) -> Candidates:
     return SHAPES[argument.shape](names) if argument.shape in SHAPES else ()
 
 
-def _connecting(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:
+def _link_words(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:
     """Yield the words that may stand between or after the arguments of `word`. `operand_ended`: whether the last
     argument is complete."""
     yield from ((text, "") for text in (word.links if isinstance(word, Control) else ()))

@@ -266,7 +266,7 @@ class Conversation:
 
     # --- while a line is being typed ---
 
-    def suggesting(self, text: str, everything: bool) -> Dialogue[list[questions.Suggestion]]:
+    def suggest(self, text: str, everything: bool) -> Dialogue[list[questions.Suggestion]]:
         """Return words that may continue the line `text`. If there are many names, another thread searches them."""
         session, memory, branches = self.session, self.session.environment, tuple(self.session.branches.names)
         world = session.driver.world

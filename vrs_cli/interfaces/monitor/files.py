@@ -294,7 +294,7 @@ def _log(station: Station, it: Instruction) -> Dialogue[None]:
 
 @operands.handles("FDELETE")
 def _delete_file(station: Station, it: Instruction) -> Dialogue[None]:
-    path = disk.existing(operands.path_of(station, it))
+    path = disk.check_file(operands.path_of(station, it))
     if (yield from operands.may_delete(station, f"The file {path} will be deleted.")):
         disk.delete(path, station.folder)
         yield replies.Message(f"{path} deleted")
@@ -306,7 +306,7 @@ def _copy_or_rename(
     station: Station, it: Instruction, act: Callable[[Path, Path, opening.Folder], None], done: str
 ) -> Dialogue[None]:
     """Copy or rename a file, as given by `new = old`. Raises FileError."""
-    old = disk.existing(station.folder.path(operands.word(it.value)))
+    old = disk.check_file(station.folder.path(operands.word(it.value)))
     new = disk.target(old, operands.path_of(station, it))
     yield from operands.may_write(station, new)
     act(old, new, station.folder)

@@ -28,7 +28,7 @@ from vrs_cli.values.numbers import Value
 def _list_programs(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """List the named programs in canonical form; if no name is given, list all programs."""
     environment = station.environment
-    stored = [environment.meant(name) for name in operands.words(it)] or list(environment.programs.values())
+    stored = [environment.program_by_prefix(name) for name in operands.words(it)] or list(environment.programs.values())
     if not stored:
         yield replies.ProgramNames(())
     for one in stored:
@@ -198,7 +198,7 @@ def asked_program(
     """Compile the program that EXECUTE or a similar command names. Return its name, arguments, number of cycles and
     first step. Raises UndefinedName."""
     given = operands.operand(it, 0)
-    name = None if given is None else station.environment.meant(operands.word(given)).name
+    name = None if given is None else station.environment.program_by_prefix(operands.word(given)).name
     step = values.whole(operands.real_or(station, it, 2, 1.0))
     yield from station.compile_program(name, everywhere=step > 1)
     expressions = given.arguments if isinstance(given, ast.ProgramCall) else ()
@@ -253,12 +253,12 @@ def run(station: Station, track: Track) -> Dialogue[None]:
     """Wait until a program has stopped, and report how it ended. If the user continues typing while it runs, do not
     wait; the report is shown when the program has stopped."""
     if station.user_state.lives and not station.user_state.command_files:
-        station.let_run(track, lambda result: station.terminal.show(ending(station, result)))
+        station.let_run(track, lambda result: station.terminal.show(ending_reply(station, result)))
     else:
-        yield ending(station, (yield from station.wait(track)))
+        yield ending_reply(station, (yield from station.wait(track)))
 
 
-def ending(station: Station, result: results.RunResult) -> replies.Reply:
+def ending_reply(station: Station, result: results.RunResult) -> replies.Reply:
     if (fault := result.fault) is not None:
         return replies.ProgramStopped(fault.message, fault.program, fault.step, fault.source, replies.Tone.ERROR)
     task = station.task

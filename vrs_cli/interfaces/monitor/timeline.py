@@ -26,8 +26,8 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import replies
 
 
-@operands.handles("UNDO", work=Engine.undoing, done="undone")
-@operands.handles("REDO", work=Engine.redoing, done="done again")
+@operands.handles("UNDO", work=Engine.undo_in_parts, done="undone")
+@operands.handles("REDO", work=Engine.redo_in_parts, done="done again")
 def _undo_or_redo(
     station: Station, it: Instruction, work: Callable[[Engine, int], book.Parts[tuple[str, ...]]], done: str
 ) -> Dialogue[None]:
@@ -71,7 +71,7 @@ def branch_table(station: Station) -> replies.BranchTable:
             replies.BranchRow(
                 name, name == branches.present, left.book.history.commands, left.book.timeline.end, left.clock
             )
-            for name, left in ((name, branches.left(name)) for name in branches.names)
+            for name, left in ((name, branches.bookmark_of(name)) for name in branches.names)
         )
     )
 
@@ -112,7 +112,7 @@ def comparison(station: Station, first: str, second: str) -> Dialogue[replies.Co
 def _merge(station: Station, it: Instruction) -> Dialogue[None]:
     name = station.branches.spelling(operands.word_or(it, 0, station.branches.present))
     check_tasks_stand(station)
-    again = yield from in_parts(station.branches.merging(name))
+    again = yield from in_parts(station.branches.merge_in_parts(name))
     how = f", {again} command{'' if again == 1 else 's'} of it planned again" if again else ""
     yield replies.Message(f"{name} is merged into main{how}; the timeline ends at {station.engine.end:.3f} s")
 

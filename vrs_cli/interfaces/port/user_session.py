@@ -109,7 +109,7 @@ class UserSession:
             case messages.Answer():
                 self._answer(message)
             case messages.Complete(id, text, everything):
-                suggested = conversation.suggesting(text, everything)
+                suggested = conversation.suggest(text, everything)
                 self.ask(message, suggested, outlet, lambda found: messages.Completed(id, tuple(found)))
             case messages.Check(id, text):
                 self.ask(message, quietly(partial(conversation.mistake, text)), outlet, partial(messages.Checked, id))

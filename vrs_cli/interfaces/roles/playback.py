@@ -42,7 +42,7 @@ class Playback(Struct, frozen=True):
         return Playback(start, end, rate, shown=start, since=wall)
 
     @staticmethod
-    def following(start: float, end: float, now: float, wall: float) -> Playback:
+    def begin_live(start: float, end: float, now: float, wall: float) -> Playback:
         """Return a playback that begins at the robot's time `now` [s] and follows the robot."""
         return Playback.of(start, end, 1.0, wall).look(wall, start, end, now).follow(wall)
 
@@ -55,7 +55,7 @@ class Playback(Struct, frozen=True):
     def is_over(self, wall: float) -> bool:
         return self.at(wall) >= self._last
 
-    def doing(self, wall: float) -> str:
+    def state_text(self, wall: float) -> str:
         """Describe the state in a few words: live, 2.0 s behind, playing, paused or ended."""
         if self.follows and self.playing:
             behind = self.behind(wall)
@@ -173,7 +173,7 @@ class Audience:
         # rounded down, so that all viewers of the same rate are sampled at the same instants
         wall = floor(self._wall() * rate) / rate
         timeline = self._watched.timeline
-        playback = Playback.following(timeline.start, timeline.end, self._watched.now + ahead, wall)
+        playback = Playback.begin_live(timeline.start, timeline.end, self._watched.now + ahead, wall)
         self._viewers.append(Viewer(rate, ahead, playback))
         return self._viewers[-1]
 

@@ -114,7 +114,7 @@ class Supervisor(Observer):
         act. `issued`: the time of issue t_iss [s], by default now."""
         if answer is None:
             return self.start(act, issued)()
-        with hints_for_python(), self._conversing(answer):
+        with hints_for_python(), self._collect_replies(answer):
             return cast(T, self._converse(lambda id: messages.At(id, act, issued)).found)
 
     def start(self, act: results.Act[T], issued: float | None = None) -> Callable[[], T]:
@@ -131,14 +131,14 @@ class Supervisor(Observer):
     def say(self, line: str, answer: Answers) -> tuple[replies.Reply, ...]:
         """Carry out a prompt line. Return the replies and the text that programs have typed. `answer`: a function that
         answers questions. Raises LineRefused."""
-        with self._conversing(answer) as notes:
+        with self._collect_replies(answer) as notes:
             self._converse(lambda id: messages.At(id, acts.Say(line)))
             return notes.take_all()
 
     def type(self, text: str, answer: Answers) -> tuple[replies.Reply, ...]:
         """Carry out lines as if they were typed at a prompt; they may contain programs. Return the replies, which also
         report mistakes. `answer`: a function that answers questions."""
-        with self._conversing(answer) as notes:
+        with self._collect_replies(answer) as notes:
             done = self._converse(lambda id: messages.Line(id, text))
             if done.status is None or done.status.in_program:
                 self._converse(lambda id: messages.At(id, acts.LeaveEntry("the text ends; ")))
@@ -158,7 +158,7 @@ class Supervisor(Observer):
         self.port.close()
 
     @contextmanager
-    def _conversing(self, answer: Answers) -> Iterator[Notes]:
+    def _collect_replies(self, answer: Answers) -> Iterator[Notes]:
         """Collect the replies of requests within this context, and answer questions by `answer`. Raises RequestRefused
         if the connection is lost, or was lost while an earlier conversation of this supervisor went on."""
         conversation, cuts = self._conversation, self.port.cuts

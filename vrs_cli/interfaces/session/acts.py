@@ -233,7 +233,7 @@ def survey(session: Session, act: acts.Survey) -> acts.Surveyed:
 
 
 def show_branch(session: Session, act: messages.ShowBranch) -> Dialogue[messages.BranchShown]:
-    left = session.branches.left(act.name)
+    left = session.branches.bookmark_of(act.name)
     timeline, settings = left.book.timeline, left.settings
     pieces = steered.LinePieces(session.engine.arm).within(act.joints)
     first, end = max(len(timeline) - MAX_SEGMENTS, 0), len(timeline)
@@ -292,8 +292,8 @@ ACTS: Mapping[type[results.Act[Any]], _Row] = {
     acts.DragTool: _as("MOVE", lambda session, act: targets.TargetControl(session).drag(act.pose)),
     acts.ResyncBody: _as("RESYNC", lambda session, act: session.resync(stops=act.stops)),
     acts.Rest: _as("BREAK", _rest),
-    acts.Undo: _as("UNDO", lambda session, act: _through_history(session.engine.undoing(act.count))),
-    acts.Redo: _as("REDO", lambda session, act: _through_history(session.engine.redoing(act.count))),
+    acts.Undo: _as("UNDO", lambda session, act: _through_history(session.engine.undo_in_parts(act.count))),
+    acts.Redo: _as("REDO", lambda session, act: _through_history(session.engine.redo_in_parts(act.count))),
     acts.Explain: _as("WHY", _explain),
     acts.WhyRefused: _as("WHY", _why_refused),
     acts.Boundary: _Row("the reach", Role.OBSERVER, _boundary),

@@ -91,7 +91,7 @@ class Session(station.Station):
         self.settle()
 
     def _carry_out_line(self, line: str) -> Dialogue[None]:
-        read, self._read = self._read if self._read and self._read.line == line else self._reading(line), None
+        read, self._read = self._read if self._read and self._read.line == line else self._read_line(line), None
         if (statement := read.statement) is None:
             return
         if isinstance(statement, ast.ProgramHeader):
@@ -149,13 +149,13 @@ class Session(station.Station):
         """Return the first mistake in a line that is still being typed; None if there is none. The parsed line is kept,
         so that `answers` need not parse it again."""
         try:
-            read = self._reading(line)
+            read = self._read_line(line)
         except diagnostics.LineRefused as refused:
             return refused.diagnostic
         self._read = read
         return diagnostics.first_error(read.findings)
 
-    def _reading(self, line: str) -> _Reading:
+    def _read_line(self, line: str) -> _Reading:
         """Parse and check a line. Return the statement and the findings. Raises LineRefused if it cannot be parsed."""
         statement = parser.parse_prompt(line, self.names(), self.dialect)
         if statement is None or isinstance(statement, ast.ProgramHeader):

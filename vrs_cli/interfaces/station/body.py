@@ -224,7 +224,7 @@ class RobotBody:
         if since is not None and (self.name or self.reporter):
             raise RequestRefused(f"nothing was measured since {since:.3f} s", "wait until the body reports again")
 
-    def standing(self, within: float) -> measured.Report:
+    def wait_for_rest(self, within: float) -> measured.Report:
         """Wait until the body is at rest, because of an order or by itself. Return a report of its position. If no
         client acts as the body, return the last report without waiting. Raises RequestRefused if the body is not at
         rest after `within` seconds."""
@@ -405,7 +405,7 @@ class DivergenceGuard:
         body = self._body
         body.check_reports()
         body.command(measured.BodyMode.HOLDS)
-        report = yield from beside(lambda: body.standing(STANDS_WITHIN))
+        report = yield from beside(lambda: body.wait_for_rest(STANDS_WITHIN))
         self._settle()  # carry out the events of the time spent waiting
         check()
         if report.mode is measured.BodyMode.STOPPED and not stops:
@@ -427,7 +427,7 @@ class DivergenceGuard:
                 raise UsageError("RESYNC has to wait until the program stops", "{ABORT} stops it")
 
         check()
-        report = yield from beside(lambda: self._body.standing(STANDS_WITHIN))
+        report = yield from beside(lambda: self._body.wait_for_rest(STANDS_WITHIN))
         self._settle()
         engine = self._engine
         here = joints_at(engine.arm, engine.timeline, engine.now)
@@ -436,7 +436,7 @@ class DivergenceGuard:
             return
         self._synchronised = (yield from self.resync(stops=False, issued=None, check=check)).until
 
-    def telling(self, dialogue: Dialogue[None]) -> Dialogue[None]:
+    def report_failure(self, dialogue: Dialogue[None]) -> Dialogue[None]:
         """Carry out a dialogue of the robot itself. If it fails, report the error as news of the body."""
         try:
             yield from dialogue

@@ -113,7 +113,7 @@ class Station:
             settle=self.settle,
             stop=self.stop,
             runs=lambda: any(self.tasks.running),
-            ask=lambda dialogue, urgent: self.actor.submit(self.divergence.telling(dialogue), urgent=urgent),
+            ask=lambda dialogue, urgent: self.actor.submit(self.divergence.report_failure(dialogue), urgent=urgent),
         )
         self.engine.measured.listeners.append(self.divergence.take)
         self.tasks.notify = self._tell
@@ -559,13 +559,13 @@ class Station:
         self._user_states.add(user_state)
         user_state.interrupted = False
         try:
-            return (yield from within(lambda: self._serving(user_state), dialogue))
+            return (yield from within(lambda: self._serve_user(user_state), dialogue))
         except LineStopped:
             raise errors.RequestRefused("it was stopped before it was done") from None
 
     def under(self, conditions: Conditions, dialogue: Dialogue[R]) -> Dialogue[R]:
         """Run a dialogue under the given conditions. They also apply to programs that begin in it."""
-        with self.driver.surrounding(conditions.cell, conditions.inputs):
+        with self.driver.use_cell(conditions.cell, conditions.inputs):
             return (yield from within(lambda: self._held_to(conditions), dialogue))
 
     @contextmanager
@@ -580,7 +580,7 @@ class Station:
             self.limits, self.folder, self.home, self._given = before
 
     @contextmanager
-    def _serving(self, user_state: UserState) -> Iterator[None]:
+    def _serve_user(self, user_state: UserState) -> Iterator[None]:
         own = self.user_state
         self._present(user_state)
         try:

@@ -543,7 +543,7 @@ class Driver:
             self.inputs = self.inputs.with_more(one for one in left if one.signal or one.values)
 
     @contextmanager
-    def surrounding(self, cell: Cell | None, inputs: Inputs) -> Iterator[None]:
+    def use_cell(self, cell: Cell | None, inputs: Inputs) -> Iterator[None]:
         """Put the robot in another cell (None: the same cell) within this context, and let `inputs` change at times [s]
         counted from now. Changes that are not due before the end of the context are dropped."""
         signals = self.environment.signals

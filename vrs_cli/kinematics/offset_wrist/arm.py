@@ -257,7 +257,7 @@ class OffsetWristArm(FormulaArm):
     def least_clearance(
         self, a: bounds.Clearance, b: bounds.Clearance, pace: bounds.HandPace, h: float, *, beside_axis: bool = False
     ) -> bounds.Clearance:
-        shoulder, turns = bounds.turning(self.reach, a.shoulder, b.shoulder, pace, h, beside_axis=beside_axis)
+        shoulder, turns = bounds.turning_bounds(self.reach, a.shoulder, b.shoulder, pace, h, beside_axis=beside_axis)
         if turns is None:
             return bounds.Clearance(shoulder, bounds.UNKNOWN, bounds.UNKNOWN, bounds.UNKNOWN)
         rate = pace.tilt + turns.rate

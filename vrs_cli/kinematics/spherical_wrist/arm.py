@@ -89,7 +89,7 @@ class SphericalWristArm(FormulaArm):
         self, a: bounds.Clearance, b: bounds.Clearance, pace: bounds.HandPace, h: float, *, beside_axis: bool = False
     ) -> bounds.Clearance:
         bars = self.reach
-        shoulder, turns = bounds.turning(bars, a.shoulder, b.shoulder, pace, h, beside_axis=beside_axis)
+        shoulder, turns = bounds.turning_bounds(bars, a.shoulder, b.shoulder, pace, h, beside_axis=beside_axis)
         if turns is not None:
             speed, bend = hypot(turns.outward, pace.speed), hypot(turns.outward_bend, pace.bend)
         if beside_axis or self.geometry.a1 == 0.0:

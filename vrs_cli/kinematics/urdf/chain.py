@@ -260,7 +260,7 @@ def fingers_of(tree: Tree, link: str, joints: Sequence[Joint], closed: str | Non
     values = {name: min(ends, key=abs) for name, ends in own.items()}
     for name, ends in own.items():
         lower, upper = ({**values, name: end} for end in ends)
-        parts = gauge.parting(lower, upper)
+        parts = gauge.distance_change(lower, upper)
         if closed is not None:
             values[name] = ends[closed == "upper"]
         elif abs(parts) > NEARER:
@@ -268,7 +268,7 @@ def fingers_of(tree: Tree, link: str, joints: Sequence[Joint], closed: str | Non
     opposite = {name: ends[ends[0] == values[name]] for name, ends in own.items()}
     shut, apart = gauge.all_values(values), gauge.all_values(opposite)
     travels = {name: Travel(shut[name], apart[name]) for name in shut}
-    width = gauge.parting(values, opposite)
+    width = gauge.distance_change(values, opposite)
     return Fingers(travels, width if width > NEARER else 0.0, tuple(gauge.tips))
 
 
@@ -318,7 +318,7 @@ class _Gauge:
                         values[joint.name] = mimic.factor * values[mimic.leader] + mimic.offset
         return values
 
-    def parting(self, before: Mapping[str, float], after: Mapping[str, float]) -> float:
+    def distance_change(self, before: Mapping[str, float], after: Mapping[str, float]) -> float:
         """Return the greatest change of the distance between two fingertips from `before` to `after` [m], positive if
         they move apart; 0 if there is only one tip.
 

@@ -51,18 +51,18 @@ def expand_macros(file: str, arguments: Mapping[str, str]) -> str:
     xacro arguments. Raises FileDamaged, whose hint is a command to run if the package xacro is missing.
     """
     if find_spec("xacro") is None:
-        hint = f"{how_to_install('xacro')}, or {expanding(file)}"
+        hint = f"{how_to_install('xacro')}, or {xacro_hint(file)}"
         raise FileDamaged(f"{file}: it holds xacro macros, and xacro is not installed", hint)
     command = [sys.executable, "-m", __name__, file, *(f"{name}={value}" for name, value in arguments.items())]
     try:
         done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=SECONDS, check=False)
     except subprocess.TimeoutExpired:
-        raise FileDamaged(f"{file}: xacro: its macros take more than {SECONDS} s", expanding(file)) from None
+        raise FileDamaged(f"{file}: xacro: its macros take more than {SECONDS} s", xacro_hint(file)) from None
     if done.returncode == 0:
         return done.stdout
     what, _, hint = done.stderr.strip().partition("\n")
     if done.returncode != REFUSED:  # the process ran out of memory, or the system ended it
-        what, hint = f"xacro: its macros take more than {MEMORY >> 20} MB", expanding(file)
+        what, hint = f"xacro: its macros take more than {MEMORY >> 20} MB", xacro_hint(file)
     raise FileDamaged(f"{file}: {what}", hint)
 
 
@@ -85,7 +85,7 @@ def _expand(file: str, *pairs: str) -> int:
         ):  # hide warnings, which concern only the author of the file
             text = xacro.process_file(file, mappings=arguments, verbosity=0).toxml()
     except _NoPackage as lost:
-        what, hint = f"{lost}", f"put its folder there, or, where ROS knows it, {expanding(file)}"
+        what, hint = f"{lost}", f"put its folder there, or, where ROS knows it, {xacro_hint(file)}"
     except Exception as error:  # macros can raise any error
         if any(isinstance(one, MemoryError) for one in _behind(error)):
             return TOO_LARGE
@@ -201,7 +201,7 @@ def name_of(element: Element, key: str = "name") -> str:
     return " ".join(element.get(key, "").split())
 
 
-def expanding(file: str) -> str:
+def xacro_hint(file: str) -> str:
     """Return a hint with the command that expands the macros of a file."""
     return f"expand it first: xacro {file} > arm.urdf"
 
@@ -279,7 +279,7 @@ class Tree:
     def _add(self, element: Element) -> None:
         parent, child, name = self._end(element, "parent"), self._end(element, "child"), name_of(element)
         if EXPRESSION.search(name):
-            raise FileDamaged(f"{self.file}: a joint is called {name!r}", expanding(self.file))
+            raise FileDamaged(f"{self.file}: a joint is called {name!r}", xacro_hint(self.file))
         joint = Joint(element, name or "joint", element.get("type", ""), parent, child)
         if child in self.by_child:
             raise self.wrong(joint.element, f"link {child!r} has two parents", _CHAIN)
@@ -294,7 +294,7 @@ class Tree:
         if not link:
             raise self.wrong(element, f"has no {which} link", f'give <{which} link="..."/>')
         if EXPRESSION.search(link):
-            raise self.wrong(element, f"its {which} link is {link!r}", expanding(self.file))
+            raise self.wrong(element, f"its {which} link is {link!r}", xacro_hint(self.file))
         return link
 
     # --- links of the tree ---
@@ -414,7 +414,9 @@ class Tree:
             right = (
                 f"give a number {below}" if count == 1 else f"give {count} numbers {below}, with blanks between them"
             )
-            raise self.wrong(element, f"{what} is {text!r}", expanding(self.file) if EXPRESSION.search(text) else right)
+            raise self.wrong(
+                element, f"{what} is {text!r}", xacro_hint(self.file) if EXPRESSION.search(text) else right
+            )
         return values
 
     def wrong(self, joint: Element, what: str, right: str) -> FileDamaged:

@@ -74,7 +74,15 @@ from vrs_cli.language.text.ast import (
 )
 from vrs_cli.language.text.parser import parse_step
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.foreign import first_hint, form_of, giving, meant_by, own_word, text_meant, value_given
+from vrs_cli.language.words.foreign import (
+    assignment_hint,
+    first_hint,
+    form_of,
+    meant_by,
+    own_word,
+    text_meant,
+    value_given,
+)
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, kinds_of_name
@@ -613,7 +621,7 @@ class _Steps(Expressions):
             name, decided = variable.sigil + variable.name, self._decision(variable)
             hint = around.name_meant(variable, own) if number < MAX_HINTS else ""
             hint = hint or other_sigil(variable, {*self.given, *around.known})
-            hint = hint or giving(name, decided.kind if decided else Kind.REAL)
+            hint = hint or assignment_hint(name, decided.kind if decided else Kind.REAL)
             usual = text_meant(name) if variable.key in self.typed and not variable.sigil else value_given(name)
             self.warn(UndefinedValue, variable.span, f"{name} is given a value nowhere", hint or usual)
         for variable, relation in self.compared:

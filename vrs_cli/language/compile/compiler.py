@@ -64,7 +64,7 @@ OPS_A_FUNCTION = 512
 _COUNT: py.stmt = tree.place(tree.assign("n", py.BinOp(tree.name("n"), py.Sub(), tree.constant(1))))
 _LOAD_LEFT: py.stmt = tree.place(
     py.Assign(
-        [tree.unpacked("nt")],
+        [tree.unpack_target("nt")],
         tree.tuple_of((tree.item("B", tree.constant(0)), py.BinOp(tree.name("t"), py.Add(), tree.constant(1)))),
     )
 )
@@ -129,7 +129,7 @@ class ProgramCompiler(ExpressionCompiler):
         if self._lowered.slots:  # load the slots from the frame; store them again in `finally`, even after an error
             frame = py.Subscript(tree.name("F"), py.Slice(), py.Store())
             kept = py.Assign([frame], tree.tuple_of(map(tree.name, self.slots)))
-            loop = [py.Assign([tree.unpacked(self.slots)], tree.name("F")), py.Try(loop, [], [], [kept])]
+            loop = [py.Assign([tree.unpack_target(self.slots)], tree.name("F")), py.Try(loop, [], [], [kept])]
         names = ["X", *CELLS.values(), *KEYS.values(), "C", "F", "pc", *self.parameter_fields(), *self.arrays.values()]
         body += [*loop, tree.yield_(tree.constant(None))]  # the yield is never reached, but makes a generator
         parameters = tree.parameters(names, rest=py.arg("_rest"))
@@ -420,7 +420,7 @@ class ProgramCompiler(ExpressionCompiler):
         slice, and assigns its result to `m`."""
         given = map(self.given_to_call, op.called.arguments)
         call = tree.call("f", tree.name("X"), tree.name("n"), tree.name("e"), *given)
-        return [py.Assign([tree.unpacked("fe")], tree.item("C", tree.constant(op.site))), tree.assign("m", call)]
+        return [py.Assign([tree.unpack_target("fe")], tree.item("C", tree.constant(op.site))), tree.assign("m", call)]
 
     def _call_by_text(self, statement: ast.Instruction) -> list[py.stmt]:
         """Return the code of CALLS, which calls the program whose name is the value of a string expression."""

@@ -75,7 +75,7 @@ def _returns(op: lowering.Op) -> bool:
 def _fields(number: int) -> py.Tuple:
     """Make the target `p0, q0, k0` of an assignment that unpacks the reference with this number (real cells, location
     cells, key)."""
-    return tree.unpacked(f"{letter}{number}" for letter in "pqk")
+    return tree.unpack_target(f"{letter}{number}" for letter in "pqk")
 
 
 class _DirectCompiler(ProgramCompiler):

@@ -63,7 +63,7 @@ def assign(identifier: str, value: py.expr) -> py.Assign:
     return py.Assign([py.Name(identifier, py.Store())], value)
 
 
-def unpacked(identifiers: Iterable[str]) -> py.Tuple:
+def unpack_target(identifiers: Iterable[str]) -> py.Tuple:
     """Return the target of an assignment that unpacks a tuple into variables."""
     return py.Tuple([py.Name(identifier, py.Store()) for identifier in identifiers], py.Store())
 

@@ -339,7 +339,7 @@ class Memory(Variables):
         self.programs[analysis.program.key] = stored
         return stored
 
-    def meant(self, typed: str) -> StoredProgram:
+    def program_by_prefix(self, typed: str) -> StoredProgram:
         """Return the program with the typed name, or the only program whose name begins with it. Raises
         UndefinedName."""
         key = key_of(typed)

@@ -16,7 +16,7 @@ from weakref import ref
 from vrs_cli.errors import IllegalArrayIndex, TypeMismatch, UndefinedValue, nearest
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.text.ast import Entry, Number
-from vrs_cli.language.words.foreign import giving, value_given
+from vrs_cli.language.words.foreign import assignment_hint, value_given
 from vrs_cli.language.words.values import (
     Kind,
     key_of,
@@ -92,7 +92,9 @@ class Cells(dict[str | Index, Value]):
         if indexes:
             low, high = min(indexes), max(indexes)
             near = f"its only element is {low}" if low == high else f"its elements are {low} to {high}"
-        raise UndefinedValue(self.name(key), near or giving(self.name(key), self.kind) or value_given(self.name(key)))
+        raise UndefinedValue(
+            self.name(key), near or assignment_hint(self.name(key), self.kind) or value_given(self.name(key))
+        )
 
     def take(self, values: Mapping[str | Index, Value]) -> None:
         """Assign many values, given by key."""

@@ -238,7 +238,7 @@ def meant_by(name: str) -> str:
     )
 
 
-def giving(name: str, kind: Kind | None) -> str:
+def assignment_hint(name: str, kind: Kind | None) -> str:
     """Return a hint for a variable without a value: how to assign one, or what the user probably meant; "" if there is
     no better hint than `value_given`. `name`: with an index for an array element."""
     base, bracket, _ = name.partition("[")

@@ -79,9 +79,9 @@ def together(joints: Sequence[Joint], least: float = 0.0) -> tuple[float, list[P
     weak = _weakest(slowest, alone, quick)
     whole = up_to_grid(max(least, phases(slowest, 0.0, weak).lasts if weak else alone))
     for _ in range(MAX_RAISES):
-        pace = _arriving(slowest, whole)
+        pace = _phases_in(slowest, whole)
         if not isinstance(pace, float):
-            found = [pace if one is slowest else _at_pace(one, pace, whole) or _arriving(one, whole) for one in joints]
+            found = [pace if one is slowest else _at_pace(one, pace, whole) or _phases_in(one, whole) for one in joints]
             late = {time: one for one, time in zip(joints, found, strict=True) if isinstance(time, float)}
             if not late:
                 return whole, [one for one in found if not isinstance(one, float)]
@@ -133,7 +133,7 @@ def phases(joint: Joint, v1: float, a_max: float) -> Phases:
     return _new(Phases, (rise, hold, fall, level, v1, ramp, reach - ramp, lasts + slowing, way + 0.5 * v1 * slowing))
 
 
-def _arriving(joint: Joint, whole: float) -> Phases | float:
+def _phases_in(joint: Joint, whole: float) -> Phases | float:
     """Return the phases with which a joint arrives in a given time [s]; if that is impossible, the next possible time
     [s].
     """

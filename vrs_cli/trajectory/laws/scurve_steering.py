@@ -385,7 +385,7 @@ def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[
     settling = [abs(a) / one.j_max for one, (_, _, a) in zip(joints, after, strict=True)]
     coasting = up_to_grid(max(COASTING_TICKS * tick, *settling))
     coasted = [state_after(q, v, a, coasting, -a / coasting)[:2] for q, v, a in after]
-    change = _slowing(joints, [v for _, v in coasted])
+    change = _stopping_change(joints, [v for _, v in coasted])
     for one, here, (_, v) in zip(joints, after, coasted, strict=True):
         if not _has_room(one, here, v, coasting, change):
             return []
@@ -398,7 +398,7 @@ def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[
     return stretches
 
 
-def _slowing(joints: Sequence[Joint], velocities: Sequence[float]) -> Change:
+def _stopping_change(joints: Sequence[Joint], velocities: Sequence[float]) -> Change:
     """Return the times of the change in which joints with these velocities come to rest together."""
     by_acceleration = max(abs(v) / one.a_max for one, v in zip(joints, velocities, strict=True))
     by_jerk = max(abs(v) / one.j_max for one, v in zip(joints, velocities, strict=True))

@@ -39,10 +39,10 @@ class SteadyArm(RobotArm):
         self.steady = self
         self.tool = at_position(IDENTITY, *position(T_flange_tool))
 
-    def holding(self, T_flange_tool: Transform) -> SteadyArm:
+    def for_tool(self, T_flange_tool: Transform) -> SteadyArm:
         if position(T_flange_tool) == position(self.tool):
             return self
-        return _holding(self.model, at_position(IDENTITY, *position(T_flange_tool)))
+        return _steady_arm(self.model, at_position(IDENTITY, *position(T_flange_tool)))
 
     @cached_property
     def unchanging(self) -> Unchanging:
@@ -142,7 +142,7 @@ class SteadyArm(RobotArm):
         from vrs_cli.kinematics.numeric.steady.conditions import CannotFollow, PointConditions
 
         try:
-            return PointConditions(self.holding(T_flange_tool).batch.conditions, q, poses(0.0)).rates(
+            return PointConditions(self.for_tool(T_flange_tool).batch.conditions, q, poses(0.0)).rates(
                 twist, poses, order
             )
         except CannotFollow:
@@ -159,4 +159,4 @@ class SteadyArm(RobotArm):
         return PointConditions(self.batch.conditions, q, self.forward(q)).freedom
 
 
-_holding = lru_cache(SteadyArm)
+_steady_arm = lru_cache(SteadyArm)

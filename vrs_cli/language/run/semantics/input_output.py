@@ -82,7 +82,7 @@ def _solve_angles(
     near = engine.position().joints if before is None else _joints_from(context, before)
     joints, reasons = solve(engine, transform(place), near, None if asked is None else configuration_of(asked))
     for offset, number in enumerate(numbers_of(joints, context.environment.units)):
-        element(_beginning(first), offset).assign(number)
+        element(_first_element(first), offset).assign(number)
     flags.assign(float(configuration_bits(engine.arm.configuration(joints))))
     error.assign(float(reasons))
 
@@ -96,12 +96,12 @@ def _solve_place(context: Context, it: Wording, target: Definable, error: Refere
 def _joints_from(context: Context, array: Reference) -> Joints:
     """Return the joint positions that are stored in consecutive array elements. Raises UndefinedValue if an element has
     no value."""
-    first, count = _beginning(array), context.engine.model.joint_count
+    first, count = _first_element(array), context.engine.model.joint_count
     values = [element(first, offset).value() for offset in range(count)]
     return context.environment.units.read(value for value in values if isinstance(value, float))
 
 
-def _beginning(array: Reference) -> Reference:
+def _first_element(array: Reference) -> Reference:
     """Return a reference to element 0 of a whole array; return a reference to an element unchanged."""
     return array._replace(key=0) if array.key is None else array
 
