@@ -19,7 +19,6 @@ from vrs_cli.language.run import memory, operations, signals
 from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.text import ast, parser
-from vrs_cli.values.commands import Request
 from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, in_order, warning
 
 if TYPE_CHECKING:
@@ -84,10 +83,6 @@ class _Robot:
         from vrs_cli.engine.engine import Engine
 
         return Engine(self.model)
-
-    def perform(self, request: Request) -> None:
-        """Carry out a request. (Through `__getattr__`, naming this method would already make the engine.)"""
-        self.engine.perform(request)
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the engine, which is made if necessary."""
@@ -249,9 +244,7 @@ def _warn_of_steps(analysis: Analysis) -> Iterator[Diagnostic]:
 def _constants(model: RobotModel) -> Constants:
     """Return an evaluator of constant expressions. The evaluator has its own robot, because evaluating an expression
     may change settings."""
-    robot = _Robot(model)
-    context = memory.Context(Environment(units=model.units), cast("Engine", robot))
-    return Constants(context, robot.perform)
+    return Constants(memory.Context(Environment(units=model.units), cast("Engine", _Robot(model))))
 
 
 # --- switches and parameters ------------------------------------------------------------------------------------

@@ -33,7 +33,7 @@ def found(*lines: str) -> list[Diagnostic]:
     assert not diagnostics
     (program,) = file.parts
     engine = Engine(load_robot("puma560"))
-    constants = Constants(Context(Environment(), engine), engine.perform)
+    constants = Constants(Context(Environment(), engine))
     return list(constants.findings(program))  # type: ignore[arg-type]
 
 

@@ -66,10 +66,9 @@ Given = Value | CallProgram | Gap | None
 
 class Constants(Struct, frozen=True):
     """A check that tries out a program's constants. `context`: a separate memory and robot, which must not be used for
-    anything else; `perform`: carries out a request on this robot, and raises VrsError if the robot refuses it."""
+    anything else."""
 
     context: Context
-    perform: Callable[[commands.Request], None]
 
     def findings(self, program: ast.Program) -> Iterator[Diagnostic]:
         """Yield a warning for each constant that would make its step fail in every run. It is only a warning, because a
@@ -173,7 +172,7 @@ class Constants(Struct, frozen=True):
         it = Wording("", value, stamp, statement.modifiers.always, statement.modifiers.unit)
         for request in HANDLERS[statement.word](self.context, it, *arguments) or ():
             if isinstance(request, CHECKED_BY_THE_ROBOT):
-                self.perform(request)
+                self.context.engine.perform(request)
                 _check_limited(request)
 
     def _culprit(self, statement: ast.Instruction, given: Sequence[Given], error: errors.VrsError) -> Span:
