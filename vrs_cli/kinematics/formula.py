@@ -1,4 +1,4 @@
-"""Solve arms by a formula, and generate variants of the formula from its source code: for arrays, with intermediate
+"""Generate variants of a closed form of the inverse kinematics from its source code: for arrays, with intermediate
 values, and for all configurations at once.
 
 The inverse kinematics of one configuration is written once, as a function of floats. The function may contain only

@@ -427,8 +427,8 @@ class Replaced(Change, frozen=True):
 
 class Course(ServerMessage, frozen=True):
     """The state of the cell over time (parts, signals, sensors), starting at time `since` [s] (absent: at the start).
-    The rows replace all known rows, in every list, that begin at `since` or later. The state is known up to `until`
-    [s]; absent: without end."""
+    In each list of `rows`, the rows replace all known rows that begin at `since` or later. The state is known up to
+    `until` [s]; absent: without end."""
 
     rows: CourseRows
     since: float | None = None

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 BANNER = f"""\
-vrs {__version__}: VAL-II for a virtual robot. HELP TUTORIAL has lines to begin with, EXIT leaves.
+vrs {__version__}: VAL-II for a virtual robot. HELP TUTORIAL lists lines to try first, EXIT leaves.
 SHOW pictures the arm here; vrs view, typed outside this prompt, in a browser."""
 
 

@@ -290,7 +290,7 @@ KINDS: Mapping[str, CheckKind] = {
         outcomes.judge_held,
         "what the hand holds at the end",
         "",
-        (Key("part", ExerciseText.part, "the part; without it, the hand must be empty", ""),),
+        (Key("part", ExerciseText.part, "the part that the hand must hold; without it, the hand must be empty", ""),),
     ),
     "places": CheckKind(
         checks.PlacesCheck,

@@ -1,4 +1,4 @@
-"""Compute variants of an exercise: which things a seed moves, and by how much.
+"""Compute variants of an exercise from a seed: which things are moved, and how far.
 
 A variant moves groups of things, each group as one rigid body: it shifts the group in the world, and turns it about
 the vertical through the first thing that the group names. All times of the group change by one amount, and all its

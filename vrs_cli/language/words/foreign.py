@@ -142,7 +142,7 @@ _ADVICE: Mapping[str, str] = {
         ("VIEW", "PICTURE", "BROWSER", "PLOT"),
         "SHOW pictures the arm here; HELP VIEW tells of a picture in a browser",
     ),
-    **dict.fromkeys(("TUTORIAL", "LEARN", "LESSON", "DEMO"), "HELP TUTORIAL has lines to begin with"),
+    **dict.fromkeys(("TUTORIAL", "LEARN", "LESSON", "DEMO"), "HELP TUTORIAL lists lines to try first"),
     "VRS": "vrs begins a command of your system's shell: EXIT leaves this prompt; HELP VIEW tells of pictures here",
     **dict.fromkeys(
         ("PYTHON", "PYTHON3", "PIP", "GIT", "SUDO"), "that is for your system's shell: EXIT leaves this prompt"

@@ -213,7 +213,7 @@ FUNCTIONS: Mapping[str, Function] = by_name((
     _refusal("BELT", "where a conveyor belt stands", "there is no conveyor at this robot"),
     _refusal("AIO.IN", "analog input", "there are no analog signals at this robot"),
     *(
-        _refusal(name, "a camera", "there is no camera at this robot")
+        _refusal(name, "a result of a camera", "there is no camera at this robot")
         for name in ("VFEATURE", "VRESULT", "VSTATE", "VLOCATION")
     ),
     _refusal("IOGETB", "the bus of the controller", "there is no bus; SIG and BITS read signals"),
@@ -253,12 +253,12 @@ OPERATORS: Mapping[str, Operator] = by_name((
     _row(">", "a > b", "2 +", "TRUE where the first is greater", "IF x > 5 THEN"),
     _row("<=", "a <= b", "2 +", "TRUE where the first is less or equal", "IF x <= 5 THEN", "=<"),
     _row(">=", "a >= b", "2 +", "TRUE where the first is greater or equal", "IF x >= 5 THEN", "=>"),
-    _row("EQ", "IF a EQ b THEN label", "1", "VAL's ==, before a label only", "IF n EQ 5 THEN 10"),
-    _row("NE", "IF a NE b THEN label", "1", "VAL's <>, before a label only", "IF n NE 5 THEN 10"),
-    _row("LT", "IF a LT b THEN label", "1", "VAL's <, before a label only", "IF n LT 5 THEN 10"),
-    _row("GT", "IF a GT b THEN label", "1", "VAL's >, before a label only", "IF n GT 5 THEN 10"),
-    _row("LE", "IF a LE b THEN label", "1", "VAL's <=, before a label only", "IF n LE 5 THEN 10"),
-    _row("GE", "IF a GE b THEN label", "1", "VAL's >=, before a label only", "IF n GE 5 THEN 10"),
+    _row("EQ", "IF a EQ b THEN label", "1", "equal, in VAL; only in this form", "IF n EQ 5 THEN 10"),
+    _row("NE", "IF a NE b THEN label", "1", "not equal, in VAL; only in this form", "IF n NE 5 THEN 10"),
+    _row("LT", "IF a LT b THEN label", "1", "less, in VAL; only in this form", "IF n LT 5 THEN 10"),
+    _row("GT", "IF a GT b THEN label", "1", "greater, in VAL; only in this form", "IF n GT 5 THEN 10"),
+    _row("LE", "IF a LE b THEN label", "1", "less or equal, in VAL; only in this form", "IF n LE 5 THEN 10"),
+    _row("GE", "IF a GE b THEN label", "1", "greater or equal, in VAL; only in this form", "IF n GE 5 THEN 10"),
     _row("NOT", "NOT a", "2 +", "TRUE where a is 0; binds looser than the relations", "IF NOT (x == 5) THEN"),
     _row("AND", "a AND b", "2 +", "TRUE where neither is 0; both are evaluated", "IF (x > 2) AND (y < 3) THEN"),
     _row("OR", "a OR b", "2 +", "TRUE where one of them is not 0; both are evaluated", "IF (x > 2) OR (y < 3) THEN"),

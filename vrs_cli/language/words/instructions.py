@@ -73,7 +73,7 @@ INSTRUCTIONS: Mapping[str, Word] = by_name((
         "ACCEL (1) 50, 30"),
     _setting("PAYLOAD [percent][, joint]", "+",
         "the load that the servo of a joint, or of all, reckons with", "PAYLOAD 50",
-        "nothing is done: a virtual arm follows its path under any load"),
+        "it has no effect: a virtual arm follows its path under any load"),
     _setting("SWIVEL [joint][, value] [ALWAYS]", "",
         "on a straight line of an arm with a joint too many: one joint ends at a value, or stays as it is",
         "SWIVEL 3, 20", "bare: all joints go as suits the line"),
@@ -114,11 +114,11 @@ INSTRUCTIONS: Mapping[str, Word] = by_name((
         "shift [mm] and turn [degrees about Z] the world frame against the robot", "BASE 100,,-50, 90", breaks=True,
         drastic=True),
     _setting("CALIBRATE", "1 2 +",
-        "find the zero of the joints", "CALIBRATE", "nothing is done: a virtual robot is calibrated"),
+        "find the zero of the joints", "CALIBRATE", "it has no effect: a virtual robot is always calibrated"),
     _setting("SELECT ROBOT = number", "+", "choose a robot", "SELECT ROBOT = 1", "there is one, number 1"),
     _setting("ROBOT.OPR (mode) [value, ...]", "+",
         "what a robot of one make alone can do", "ROBOT.OPR (1) 0",
-        "nothing is done: no robot here has such a mode"),
+        "it has no effect: no robot here has such a mode"),
     _setting("ENABLE switch, ...", "2 +", "turn switches on", "ENABLE CP"),
     _setting("DISABLE switch, ...", "2 +", "turn switches off", "DISABLE MESSAGES"),
     _setting("SWITCH switch = value", "2 +", "turn a switch on or off", "SWITCH CP = OFF"),
@@ -282,7 +282,7 @@ INSTRUCTIONS: Mapping[str, Word] = by_name((
     unavailable("ESTOP", "+", "power off at once", "use HALT"),
     unavailable("AIO.OUT", "+", "analog output", "there are no analog signals at this robot"),
     *(
-        unavailable(name, "+", "a camera", "there is no camera at this robot")
+        unavailable(name, "+", "work with pictures of a camera", "there is no camera at this robot")
         for name in ("VDISPLAY", "VTRAIN", "VWINDOW", "VSELECT", "VQUEUE", "VPARAMETER", "VRUN")
     ),
     *(
