@@ -17,6 +17,7 @@ from vrs_cli.kinematics.compiled import solve, squares, volume
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import NONE, Joints, Walk
 from vrs_cli.kinematics.model import ArmTask
+from vrs_cli.kinematics.numeric import search
 from vrs_cli.kinematics.numeric.arm import NumericArm
 from vrs_cli.kinematics.numeric.search import turn_between
 from vrs_cli.kinematics.robot_file import load_robot
@@ -203,8 +204,8 @@ def test_a_search_that_leads_nowhere_ends_soon(monkeypatch: pytest.MonkeyPatch) 
     """Next to what five joints can do: a line that leaves it is looked at there many times."""
     arm = arm_for(FIVE)
     q = arm.model.units.read((10.0, -30.0, 60.0, 40.0, 20.0))
-    taken, step = [], arm._step
-    monkeypatch.setattr(arm, "_step", lambda *given, **more: taken.append(given) or step(*given, **more))
+    taken, step = [], search.step_within
+    monkeypatch.setattr(search, "step_within", lambda *given: taken.append(given) or step(*given))
     for turn in (0.02, 0.2):
         assert arm.branch_joints(compose(arm.forward(q), rotation_x(turn)), arm.ways[0], q) is None
     assert len(taken) < 60

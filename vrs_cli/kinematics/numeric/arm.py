@@ -320,7 +320,9 @@ class NumericArm(RobotArm):
                 error.append(value - sum(map(mul, weights, at)))
             if max(map(abs, error)) < search.CONVERGED:
                 return at, (0.0, 0.0)
-            step = self._step(at, rows, error, bounded=bounded)
+            damping = search.DAMPING * sum([e * e for e in error]) + search.LEAST_DAMPING
+            room = [(low - x, high - x) for x, (low, high) in zip(at, self._limits, strict=True)] if bounded else ()
+            step = search.step_within(rows, error, damping, room)
             largest = max(map(abs, step))
             if self.short and largest < search.CONVERGED and search.Aim(self, T).miss(at).within(LEVEL, STRAIGHT):
                 return at, (0.0, 0.0)
@@ -332,26 +334,6 @@ class NumericArm(RobotArm):
             if bounded:
                 held = [min(max(x, low), high) for x, (low, high) in zip(held, self._limits, strict=True)]
         return None, search.Aim(self, T).miss(tuple(held))
-
-    def _step(self, q: Joints, rows: Sequence[Joints], error: Sequence[float], *, bounded: bool) -> Joints:
-        """Return the damped least-squares step. With `bounded`, joints at a limit do not move if the step would push
-        them outside.
-        """
-        damping, free = search.DAMPING * sum([e * e for e in error]) + search.LEAST_DAMPING, self._all
-        limits = zip(self._all, q, self._limits, strict=True) if bounded else ()
-        at_lower = {i: x <= low for i, x, (low, high) in limits if not low < x < high}
-        while True:
-            J = rows if free is self._all else [[row[i] for i in free] for row in rows]
-            newton = squares(J, error) if len(free) == len(J) and damping < search.NEWTON else None
-            part = newton[0] if newton else solve_damped(J, error, damping)
-            pushed = [i for i, dx in zip(free, part, strict=True) if i in at_lower and dx and (dx < 0.0) == at_lower[i]]
-            if not pushed:
-                break
-            free = tuple([i for i in free if i not in pushed])
-        if free is self._all:
-            return part
-        steps = dict(zip(free, part, strict=True))
-        return tuple([steps.get(i, 0.0) for i in self._all])
 
     def missing(self, q: Joints, T: Transform) -> tuple[list[Joints], list[float]]:
         """Return the rows of the Jacobian that count for the task, and the remaining error from q to T in these rows

@@ -19,10 +19,8 @@ Serial Manipulators", J. Mechanisms, Transmissions, and Automation in Design 107
 pivots are eliminated once, when the code is generated; the others when it runs.
 
 `Aim.nearest` minimises the squared distance of the tool from a pose plus, with less weight, its squared rotation error.
-Each step is a Levenberg-Marquardt step limited to a box, computed by principal pivoting (K. G. Murty, "Linear
-Complementarity, Linear and Nonlinear Programming", 1988, chapter 4): joints are held at their bounds one by one, and
-released if they would move inwards. No step increases the error, so the arm never jumps. The steps end at the locally
-nearest pose, so a dragged tool slides along the edge of the reach.
+It takes the same steps as the search, within the bounds (`step_within`), but none that increases the error, so the arm
+never jumps. The steps end at the locally nearest pose, so a dragged tool slides along the edge of the reach.
 """
 
 from __future__ import annotations
@@ -31,7 +29,6 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from itertools import islice
 from math import atan2, cos, hypot, sin, sqrt
-from operator import mul
 from typing import Any, NamedTuple, cast
 
 from vrs_cli.kinematics import compiled
@@ -358,11 +355,11 @@ class Aim:
         instead.
         """
         room = [(low - x, high - x) for x, low, high in zip(q, lower, upper, strict=True)]
-        there = _move_within(q, bounded_step(rows, error, damping, room), lower, upper)
+        there = _move_within(q, step_within(rows, error, damping, room), lower, upper)
         if self.side is None or self.side.room(there) >= min(left := self.side.room(q), 0.0):
             return there
         beside = tuple([HEAVY * x for x in self.side.slope(q)])
-        return _move_within(q, bounded_step([*rows, beside], [*error, -HEAVY * left], damping, room), lower, upper)
+        return _move_within(q, step_within([*rows, beside], [*error, -HEAVY * left], damping, room), lower, upper)
 
     def _cost(self, q: Joints, error: Sequence[float]) -> float:
         beyond = 0.0 if self.side is None else min(self.side.room(q), 0.0)
@@ -387,33 +384,28 @@ def _move_within(q: Joints, change: Sequence[float], lower: Joints, upper: Joint
     return tuple([min(max(x + dx, low), high) for x, dx, low, high in rows])
 
 
-def bounded_step(
-    rows: Sequence[Sequence[float]], error: Sequence[float], damping: float, room: Sequence[tuple[float, float]]
-) -> list[float]:
-    """Return the step d that minimises |rows d - error|^2 + damping |d|^2. `room`: the bounds of each component of d,
-    which include 0.
+def step_within(
+    rows: Sequence[Joints], error: Sequence[float], damping: float, room: Sequence[tuple[float, float]]
+) -> tuple[float, ...]:
+    """Return the damped least-squares step d that makes `rows` d equal to `error`. `room`: the bounds of each component
+    of d, which include 0; empty if there are none.
 
-    Each joint is either held at a bound or free. As long as a free joint leaves its bounds, or a held joint would move
-    inwards, the last such joint switches between held and free. When no such joint is left, d is the minimum.
+    Components that leave their bounds are held at the bounds, and the step is computed again for the other joints.
     """
-    columns = list(zip(*rows, strict=True))
-    table = compiled.gram(columns)
-    for k, row in enumerate(table):
-        row[k] += damping
-    slope = [sum(map(mul, column, error)) for column in columns]
-    held, d = [0] * len(columns), [0.0] * len(columns)  # -1: held at the lower bound, 1: at the upper bound, 0: free
-    for _ in range(2 ** len(columns)):
-        free = [i for i, side in enumerate(held) if not side]
-        d = [(low, 0.0, high)[side + 1] for side, (low, high) in zip(held, room, strict=True)]
-        wanted = [slope[i] - sum(map(mul, table[i], d)) for i in free]
-        found = compiled.solve([[table[i][k] for k in free] for i in free], wanted) if free else ()
-        for i, x in zip(free, found or wanted, strict=True):
-            d[i] = x
-        inwards = [side * (sum(map(mul, line, d)) - fall) for side, line, fall in zip(held, table, slope, strict=True)]
-        outside = [not low <= x <= high for x, (low, high) in zip(d, room, strict=True)]
-        wrong = [i for i, side in enumerate(held) if (inwards[i] > 0.0 if side else outside[i])]
-        if not wrong:
+    held, free = dict[int, float](), tuple(range(len(rows[0])))
+    while free:
+        J, left = rows, error
+        if held:
+            J = [tuple([row[i] for i in free]) for row in rows]
+            left = [e - sum([row[i] * x for i, x in held.items()]) for e, row in zip(error, rows, strict=True)]
+        newton = compiled.squares(J, left) if len(free) == len(J) and damping < NEWTON else None
+        part = newton[0] if newton else compiled.solve_damped(J, left, damping)
+        if not room:
+            return part
+        outside = {i: x for i, x in zip(free, part, strict=True) if not room[i][0] <= x <= room[i][1]}
+        if not outside:
+            held.update(zip(free, part, strict=True))
             break
-        last = wrong[-1]
-        held[last] = 0 if held[last] else (d[last] > room[last][1]) - (d[last] < room[last][0])
-    return [min(max(x, low), high) for x, (low, high) in zip(d, room, strict=True)]
+        held |= {i: min(max(x, room[i][0]), room[i][1]) for i, x in outside.items()}
+        free = tuple([i for i in free if i not in held])
+    return tuple([held[i] for i in range(len(room))])
