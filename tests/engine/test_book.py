@@ -208,7 +208,7 @@ class Store:
         return self
 
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
-        assert all(part.row.kept is not None for _, _, part in timeline.parts())
+        assert all(part.row.stored_at is not None for _, _, part in timeline.parts())
         assert commands == number == timeline.version
         self.checkpoints += 1
         return True

@@ -103,13 +103,13 @@ class MemoryWindow:
             row, leaves = leaf.row, index + leaf.count <= old
             if not (leaves or due):
                 break
-            if row.kept is None:
+            if row.stored_at is None:
                 if written >= ROW_LENGTH:
                     return False
                 written += len(row)
                 row.close()
-                row.kept = self.store.keep_row(row)
-                if row.kept is None:
+                row.stored_at = self.store.keep_row(row)
+                if row.stored_at is None:
                     return False
             if leaves and not row.away:
                 row.put_away()
@@ -125,15 +125,15 @@ class MemoryWindow:
         written, before = 0, True
         for index, _, leaf in timeline.event_parts(self._first_event):
             row = leaf.row
-            if row.kept is None and (due or len(row) >= ROW_LENGTH):
+            if row.stored_at is None and (due or len(row) >= ROW_LENGTH):
                 if written >= ROW_LENGTH:
                     return False
                 written += len(row)
                 row.closed = True
-                row.kept = self.store.keep_events(row)
-                if row.kept is None:
+                row.stored_at = self.store.keep_events(row)
+                if row.stored_at is None:
                     return False
-            before = before and row.kept is not None
+            before = before and row.stored_at is not None
             if before:
                 self._first_event = index + leaf.count
         return True

@@ -239,11 +239,11 @@ class _Line:
         by an exactly computed factor; the path stays the same.
         """
         stretches = self._stretches(self.limits)
-        # `line`: the straight line as a function of its covered fraction (0 to 1) in place of time
         pose, goal = self.state.pose, self.goal
         axis, angle = axis_angle(compose(inverse(pose), goal))
         x, y, z = ((a, b - a) for a, b in zip(position(pose), position(goal), strict=True))
         turns = (Turn(axis, (0.0, angle)),) if angle else ()
+        # the line as a function of the covered fraction (0 to 1) in place of time
         line = CartesianPath((x, y, z), pose, turns, self.configuration, (self.joints.joints,), 1.0)
         try:
             found = survey(self.follower, line, 1.0)

@@ -383,7 +383,7 @@ def _parts(record: wire.CheckpointRecord, past: Past) -> Iterator[OffsetNode[Row
     for it in record.parts:
         row = rows.get(it.place)
         if row is None:
-            row = rows[it.place] = Row.kept_at(KeptRow(past, it.place), it.count)
+            row = rows[it.place] = Row.in_store(KeptRow(past, it.place), it.count)
         yield OffsetNode(it.offset, Leaf(row, it.first, it.last, it.begin, it.end))
 
 
@@ -394,7 +394,7 @@ def _event_parts(record: wire.CheckpointRecord, file: GrowingFile) -> Iterator[O
         row = rows.get(it.place)
         if row is None:
             row = rows[it.place] = EventRow(wire.decode_events(_line(file, it.place).record))
-            row.closed, row.kept = True, it.place
+            row.closed, row.stored_at = True, it.place
         if len(row) != it.count:
             raise RecordError("a row of events is not as long as it was")
         yield OffsetNode(it.offset, Leaf(row, it.first, it.last, it.begin, it.end))
@@ -404,7 +404,7 @@ def part_record(offset: float, leaf: Leaf[Row] | Leaf[EventRow]) -> wire.PartRec
     """Return the journal record of a leaf (a part of a stored row of segments or events). `offset` [s] is added to the
     times in the row to get the times in the timeline.
     """
-    kept = leaf.row.kept
+    kept = leaf.row.stored_at
     place = kept.place if isinstance(kept, KeptRow) else kept
     assert isinstance(place, int), "the row is in a journal"
     return wire.PartRecord(place, len(leaf.row), leaf.first, leaf.last, leaf.begin, leaf.end, offset)

@@ -57,9 +57,9 @@ class Cut(NamedTuple):
 
     @classmethod
     def between(cls, before: Timeline, after: Timeline) -> Cut:
-        """Return from when on a change from one timeline to another alters course and contacts. Contacts may change
-        during the whole motion before the timelines diverge, because the hand touches the part that it grasps at the
-        end of that motion. A steered motion is not searched again.
+        """Return the times from which a change of one timeline to another alters course and contacts. Contacts may
+        change during the whole motion before the timelines diverge, because the hand touches the part that it grasps at
+        the end of that motion. A steered motion is not searched again.
         """
         since = before.same_until(after)
         last = since - TICK
@@ -212,7 +212,8 @@ class CourseTeller:
         self._changed = Condition()
         self._clients = 0
         self._timeline: Timeline | None = None  # the current timeline; None while there are no listeners
-        self._cut = self._taken = NEVER  # changes that `_known` does not contain yet: waiting, and being computed
+        # effects of changes that `_known` does not contain yet: of waiting changes, and of changes being computed
+        self._cut = self._taken = NEVER
         self._known: Known | None = None
 
     # --- listeners ---

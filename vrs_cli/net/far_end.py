@@ -84,7 +84,7 @@ class FarEnd:
         self.window = WINDOW
         self.sync, self.status = TimeSync(), LastStatus(wall)
         self.unmeasured = inf  # [s] start of the time for which reports of the body are missing
-        self._told_reports = 0  # the number of the next report
+        self._next_report = 0  # the number of the next report
         self.cuts = self.stalls = 0  # number of cuts, and of silences longer than QUIET
         self._estimate: Estimate | None = None  # the estimate of the server's clock
         self._round_trip = 0.0
@@ -268,10 +268,10 @@ class FarEnd:
                 self._round_trip = self.sync.round_trip(0.5)
             case messages.Measurements():
                 if (mirror := self.mirror) is not None:
-                    if message.first > self._told_reports:  # earlier reports are missing
+                    if message.first > self._next_report:  # earlier reports are missing
                         end = mirror.record.view.end
                         self.unmeasured = min(self.unmeasured, -1.0 if end is None else end)
-                    self._told_reports = message.first + len(message.times)
+                    self._next_report = message.first + len(message.times)
                     self._add_reports([message])
             case messages.Pulled(state):
                 self._pulled = state
@@ -358,7 +358,7 @@ class FarEnd:
 
     def recall_reports(self, part: messages.ShownMeasured) -> None:
         """Take the answer to a request for reports of the body."""
-        self._told_reports = max(self._told_reports, part.told)
+        self._next_report = max(self._next_report, part.told)
         self._add_reports(part.parts)
 
     def _add_reports(self, parts: Iterable[ReportRows]) -> None:

@@ -168,7 +168,7 @@ class Meter:
 
     def look(self, used: float, now: float) -> LimitReached | None:
         """Return the reason why the programs must stop; None if they may continue. `used`: their total CPU time [s]."""
-        self._bucket.spend(used - self._used, self._looked)  # counts as if used at the time of the last call
+        self._bucket.spend(used - self._used, self._looked)  # count this CPU time as used at the time of the last call
         self._used, self._looked = used, now
         if self._bucket.remaining(now) >= 0.0:
             return None

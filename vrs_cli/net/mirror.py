@@ -36,8 +36,8 @@ SLACK = 0.25  # old parts are dropped when longer than this fraction of the wind
 class ClockReading(Struct, frozen=True):
     """A reading of a robot's clock: `now` [s] when a wall clock showed `since` [s].
 
-    The clock runs at `rate`; None: it stands, because time is virtual or paused. A running clock shows at least `floor`
-    [s].
+    The clock runs at `rate`; None: it does not run, because time is virtual or paused. A running clock shows at least
+    `floor` [s].
     """
 
     now: float = 0.0
@@ -53,7 +53,7 @@ class ClockReading(Struct, frozen=True):
 
     def then(self, later: ClockReading, wall: float) -> ClockReading:
         """Return the reading `later`, corrected so that the clock never goes back: if this clock was ahead of it, the
-        clock stands until the later reading has caught up."""
+        clock stops until the later reading has caught up."""
         return replace(later, floor=self.at(wall)) if self.rate is not None and later.rate is not None else later
 
 

@@ -85,7 +85,8 @@ class Preview:
         self.forward, self._followed = forward, followed
         self._engine = Engine(followed.arm.model, clock=_ArrivalClock())
         self._underway: dict[int, Underway] = {}  # commands by id, in the order of sending
-        self._told = self._settings = followed.settings  # settings from the robot, and after confirmed commands
+        # the last settings received, and the settings after the commands that the robot has carried out since then
+        self._received = self._settings = followed.settings
         self._plan = self._planned_after(followed.timeline)
         self._stale, self._lock = False, Lock()
 
@@ -143,8 +144,8 @@ class Preview:
         """Return the plan; make a new one if a command was sent or the robot's timeline has changed."""
         known = self._followed.timeline
         if self._stale or self._plan.known is not known:
-            if self._told is not self._followed.settings:
-                self._told = self._settings = self._followed.settings
+            if self._received is not self._followed.settings:
+                self._received = self._settings = self._followed.settings
             done = [(id, it.version) for id, it in self._underway.items() if it.version is not None]
             confirmed = {id for id, version in done if version <= known.version}
             for it, settings in zip(self._plan.expected, self._plan.settings, strict=True):

@@ -229,7 +229,7 @@ class ClientConnection:
         self._heard = 0  # `seq` of the last numbered message
         self._unanswered: dict[int, messages.Request] = {}
         self._questions: dict[int, bool] = {}  # whether each question was answered, by number
-        self._told: list[messages.Told] = []  # the received parts of a long reply
+        self._reply_parts: list[messages.Told] = []  # the received parts of a long reply
         self.subscription: messages.Subscribe | None = None  # the last subscription
         self._change: int | None = None  # number of the last change; None while a snapshot is awaited
 
@@ -333,7 +333,7 @@ class ClientConnection:
         if not welcome.resumed:
             self._heard = welcome.seq
             self._questions.clear()
-            self._told.clear()
+            self._reply_parts.clear()
         if before is not None and before.life != welcome.life:
             self._change = None
         lost: list[messages.ServerMessage] = []
@@ -364,11 +364,11 @@ class ClientConnection:
             self._heard = message.seq
         if isinstance(message, messages.Change) and not self._fits(message):
             return []
-        if isinstance(message, messages.Told) and (message.goes_on or self._told):
-            self._told.append(message)
+        if isinstance(message, messages.Told) and (message.goes_on or self._reply_parts):
+            self._reply_parts.append(message)
             if message.goes_on:
                 return []
-            message, self._told = join_parts(self._told), []
+            message, self._reply_parts = join_parts(self._reply_parts), []
         match message:
             case messages.Done(id) | messages.Refused(id=int(id)) | messages.Result(id):
                 self._unanswered.pop(id, None)

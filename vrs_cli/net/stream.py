@@ -136,7 +136,8 @@ class Stream:
         self._changes: dict[int, _Change] = {}
         self._bytes = 0
         self._listeners: Counter[MessageForm] = Counter()
-        self._encoded_until: dict[MessageForm, int] = {}  # last change to encode in each form if it has no listeners
+        # for each form without listeners: the last change that is still encoded in it
+        self._encoded_until: dict[MessageForm, int] = {}
         self._contexts: dict[MessageForm, DeflateContext] = {}
         self._snapshots: dict[Listening, Packet] = {}
         self.part = lru_cache(MAX_PARTS)(self._part)  # parts that were requested since the last change

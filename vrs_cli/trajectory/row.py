@@ -48,10 +48,11 @@ class RowStore(Protocol):
 class Row(Sequence[Segment]):
     """Segments in order, with the times at which they were first stored; the rope that uses the row shifts them.
     `phases`: the phase of each segment as an index in PHASES. `tables`: tables of blocks, kept as long as the row.
-    `closed`: the row no longer grows. `kept`: the store of the row; `away`: the row is not in memory.
+    `closed`: the row no longer grows. `stored_at`: the store that holds the row; None if only memory holds it. `away`:
+    the row is not in memory.
     """
 
-    __slots__ = (*COLUMNS, "_count", "_packed", "away", "closed", "kept")
+    __slots__ = (*COLUMNS, "_count", "_packed", "away", "closed", "stored_at")
 
     def __init__(self, segments: Iterable[Segment] = ()) -> None:
         self.starts, self.finishes = array("d"), array("d")
@@ -61,16 +62,16 @@ class Row(Sequence[Segment]):
         self.tables: dict[int, Any] = {}
         self._packed = self._count = 0
         self.closed = self.away = False
-        self.kept: RowStore | None = None
+        self.stored_at: RowStore | None = None
         self.grow(segments)
 
     # --- moving the row out of memory ---
 
     @classmethod
-    def kept_at(cls, kept: RowStore, count: int) -> Row:
+    def in_store(cls, store: RowStore, count: int) -> Row:
         """Make a row of `count` segments that is in a store and not in memory."""
         row = cls()
-        row.closed, row.kept, row._count = True, kept, count
+        row.closed, row.stored_at, row._count = True, store, count
         row.put_away()
         return row
 
@@ -90,9 +91,9 @@ class Row(Sequence[Segment]):
 
     def __getattr__(self, name: str) -> Any:
         """Read a column that is not in memory."""
-        if name not in COLUMNS or self.kept is None:
+        if name not in COLUMNS or self.stored_at is None:
             raise AttributeError(name)
-        return getattr(self.kept.read(), name)
+        return getattr(self.stored_at.read(), name)
 
     # --- reading ---
 
@@ -331,12 +332,13 @@ _INDEXING = Lock()
 class EventRow(Sequence[Event]):
     """Events in order, with the times at which they were first stored. The row grows only at its end.
 
-    `flags`: the bits TIED and OBSERVED of each event. `closed`: the row no longer grows. `kept`: its position in the
-    file, if it is stored. The changes of each channel are indexed on demand; observations change no channel.
+    `flags`: the bits TIED and OBSERVED of each event. `closed`: the row no longer grows. `stored_at`: the position of
+    the row in the journal; None if it is not stored. The changes of each channel are indexed on demand; observations
+    change no channel.
     """
 
     __slots__ = (
-        *("channels", "closed", "durations", "flags", "kept", "numbers", "starts", "values"),
+        *("channels", "closed", "durations", "flags", "stored_at", "numbers", "starts", "values"),
         *("_indexed", "_places"),
     )
 
@@ -347,7 +349,7 @@ class EventRow(Sequence[Event]):
         self._places: dict[int, array[int]] = {}
         self._indexed = 0  # number of indexed events
         self.closed = False
-        self.kept: int | None = None
+        self.stored_at: int | None = None
         self.grow(events)
 
     @property
@@ -395,9 +397,9 @@ class EventRow(Sequence[Event]):
             )
 
     def with_edit(self, begin: int, first: int, new: Sequence[Event], last: int, end: int) -> EventRow:
-        """Return a row of the events from `begin` up to, but not including, `first`, the `new` ones, and those from
-        `last` up to, but not including, `end`. In the middle of a long timeline this costs less than splitting and
-        merging leaves.
+        """Return a new row with the events from index `begin` to `end`, in which `new` events replace those from
+        `first` to `last` (each end index is excluded). For one edit in a long timeline, this copy costs less than
+        splitting and merging leaves.
         """
         row = EventRow(new)
         for name in EVENT_COLUMNS:

@@ -33,7 +33,7 @@ from vrs_cli.wire import codec, messages, steered
 
 T = TypeVar("T", covariant=True)
 
-# limits of a survey: of a longer list it contains only the first rows, and the number of the others
+# limits of a survey: if a list is longer, the survey contains its first rows, and the number of the others
 MAX_PLACES = 100  # maximum number of locations of each kind
 MAX_PROGRAMS = 200
 MAX_TASKS = 8
