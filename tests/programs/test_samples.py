@@ -11,7 +11,7 @@ from vrs_cli.devices.device import Outside
 from vrs_cli.devices.script import read_script
 from vrs_cli.engine.position import position_at
 from vrs_cli.files.opening import Folder
-from vrs_cli.interfaces.inspection import told_before_run
+from vrs_cli.interfaces.inspection import warnings_before_run
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
@@ -52,7 +52,7 @@ def test_sample(path: Path, tmp_path: Path) -> None:
     session = Session(terminal, robot_for(text), folder=Folder(tmp_path), outside=peers_of(text))
     assert session.load_text(text) == ()
     programs = tuple(session.environment.programs.values())
-    assert told_before_run(programs, session.engine.model) == ()
+    assert warnings_before_run(programs, session.engine.model) == ()
     first = programs[0].name
     result = session.execute(first)
     assert result.fault is None

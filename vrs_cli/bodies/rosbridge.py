@@ -55,7 +55,7 @@ SILENT = 3.0  # [s] time without joint_states after which the user gets a messag
 STATE_PERIOD_MS = 200  # [ms] period of the states that an active controller publishes
 MAX_STATE_GAP_S = 1.0  # [s] maximum gap between states; after a longer one the arm counts as stopped
 OPENING = 10.0  # [s] maximum time to open a connection
-MAX_TOLD = 5  # maximum number of different rosbridge messages shown in one connection
+MAX_SHOWN_MESSAGES = 5  # maximum number of different rosbridge messages shown in one connection
 
 
 class Trajectory(NamedTuple):
@@ -312,7 +312,7 @@ class RosArm:
                 case "action_result" if message.id == f"trajectory-{self._number}" or message.id is None:
                     self._take_result(message)
                 case "status" if message.level in ("error", "warning"):
-                    if sum(kind.startswith("status ") for kind in self._told) < MAX_TOLD:
+                    if sum(kind.startswith("status ") for kind in self._told) < MAX_SHOWN_MESSAGES:
                         self.tell(f"status {message.msg}", f"rosbridge: {message.level}: {str(message.msg)[:300]}")
         except IllegalValue as error:
             self.tell("garbage", f"{error} (this and others like it are left out)")

@@ -170,10 +170,10 @@ class Batch(Struct, frozen=True):
             found[source] = tuple(_with_files_beside(source, one.diagnostics))
             self.owners.update(dict.fromkeys((stored.program.key for stored in one.programs), source))
         if not (self.options.quiet or any(map(has_errors, found.values()))):
-            from vrs_cli.interfaces.inspection import told_before_run
+            from vrs_cli.interfaces.inspection import warnings_before_run
 
             for source, one in zip(self.sources, loaded, strict=True):
-                found[source] += told_before_run(one.programs, station.engine.model)
+                found[source] += warnings_before_run(one.programs, station.engine.model)
         return found
 
     def _isolation(self, station: Station) -> AbstractContextManager[object]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vrs_cli.bodies.mujoco_arm import MujocoArm
 
 
-MAX_TOLD = 5  # maximum number of wrong lines that are reported
+MAX_REPORTED = 5  # maximum number of wrong lines that are reported
 MAX_LINE_CHARS = 1 << 16
 MAX_JUMP = 5.0  # [s] if the robot's clock jumps farther than this, a new simulated arm is started
 Tell = Callable[[str], None]
@@ -185,8 +185,8 @@ async def _stream(options: Namespace) -> int:
                 body.report(one.t, one.joints, one.velocity, one.effort, one.mode)
             except VrsError as error:
                 wrong += 1
-                if wrong <= MAX_TOLD:
-                    tell(f"standard input:{number}: {error}{' (others are not told)' if wrong == MAX_TOLD else ''}")
+                if wrong <= MAX_REPORTED:
+                    tell(f"standard input:{number}: {error}{' (others are not told)' if wrong == MAX_REPORTED else ''}")
 
         _tell_begun(tell, body, "another program")
         if form is LineFormat.CSV:

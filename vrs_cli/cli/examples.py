@@ -11,8 +11,8 @@ DELAYS is one of
   normal 200ms 40ms            mean and standard deviation
   gamma 200ms 80ms             mean and standard deviation
   bursty 50ms 400ms 5s 500ms   the delay in calm and in a burst, and how long each lasts on average
-  trace FILE                   as measured: a line is a delay, or a time [s] and a delay
-A number without a unit is in seconds. Order is kept; what is lost is sent again after 0.2 s, 0.4 s, ...
+  trace FILE                   measured delays: each line has a delay, or a time [s] and a delay
+A number without a unit is in seconds. Messages stay in order; a lost message is sent again after 0.2 s, 0.4 s, ...
 """
 
 EXAMPLES: Mapping[str, str] = {
@@ -31,18 +31,18 @@ All subcommands: vrs --help
 """,
     "run": """\
   vrs run pick.v2
-  vrs run main.v2 lib.v2            one name space
-  vrs run cell                      each file of a folder alone
+  vrs run main.v2 lib.v2            in one name space
+  vrs run cell                      each file of a folder separately
   vrs run cell.v2 load.part --cycles 5 --save cell.vrst
 \f
 
-Files that are named are one name space, in which the first program is executed. Those of a folder are apart.
+Several named files share one name space, and the first program is executed. The files of a folder are run separately.
 
-What a program TYPEs goes to standard output as it happens, errors go to standard error; PROMPT reads
-standard input. With --json, or --csv -, the result stands alone on standard output and all else goes to
-standard error. Time is the robot's and passes as fast as it computes, unless --realtime is given.
+The output of TYPE goes to standard output at once, errors go to standard error; PROMPT reads standard input.
+With --json or --csv -, only the result goes to standard output, and everything else to standard error.
+Programs run in virtual time, as fast as the computer allows, unless --realtime is given.
 
-  vrs run cell --keep written       the same; what each wrote is in written/NAME
+  vrs run cell --keep written       also keep the files that each program writes, in written/NAME
   vrs run cell.v2 --signals cell.csv --max-time 60
   vrs run pick.v2 --csv pick.csv --rate 50 --plot pick.svg
   vrs run pick.v2 --report pick.html
@@ -54,16 +54,16 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
   vrs convert pick.v2 --to urscript -o pick.script
 \f
 
-What the target cannot say is a comment there and a note on standard error.
+What the target language cannot express becomes a comment in the file, and a note on standard error.
 """,
     "check": """\
   vrs check pick.v2 place.v2
   vrs check cell                    all program files in a folder, and below it
-  vrs check cell --fix              mend what is sure: parentheses, words of VAL
+  vrs check cell --fix              correct sure mistakes: parentheses, words of VAL
 \f
 
-Codes are V and digits; the first of these stand for all that begin so. A program with an error does not run: errors
-are always told. A comment at the end of a line silences its warnings; `ignore-file` silences those of the file:
+A code is V and digits; its first characters select all codes that begin with them. Errors are always reported, because
+a program with an error does not run. A comment at the end of a line hides its warnings, `ignore-file` those of a file:
 
     MOVE part        ; vrs: ignore V401
     ; vrs: ignore-file V056, V058
@@ -71,17 +71,17 @@ are always told. A comment at the end of a line silences its warnings; `ignore-f
 Exit status: 0 without errors (with --strict: without warnings too), else 1.
 
   vrs check "cell/**/*.v2" --ignore V056 --strict
-  vrs check pick.v2 --cell c.toml   what the cell fills has a value
+  vrs check pick.v2 --cell c.toml   variables that the cell sets count as having values
   vrs check pick.v2 --watch         again whenever a file changes, until Ctrl-C
   vrs check cell --format github    annotations of a GitHub workflow
 """,
     "fmt": """\
-A file with mistakes is left as it is.
+A file with mistakes stays unchanged.
 
   vrs fmt pick.v2
   vrs fmt --write cell              all program files in a folder, and below it
 \f
-Formatting twice changes nothing more.
+Formatting a formatted file changes nothing.
 
   vrs fmt --check pick.v2 || echo "run vrs fmt --write"
 """,
@@ -90,11 +90,11 @@ Formatting twice changes nothing more.
   vrs view pick.v2 --rate 0.5
   vrs view ws://127.0.0.1:8765
 
-The page is for this machine alone. Ctrl-C, or SIGTERM, ends it (in the shell: EXIT).
+Only this machine can open the page. Ctrl-C or SIGTERM ends it (in the shell: EXIT).
 
 \f
 On the terminal: space plays and pauses, left and right seek, r rewinds, f follows
-the robot again, + and - change the rate, Ctrl-X aborts what others have it do, q leaves.
+the robot again, + and - change the rate, Ctrl-X stops the robot (ABORT), q leaves.
 
   vrs view --terminal ws://127.0.0.1:8765
   vrs view --terminal --ahead auto ws://far.example:8765
@@ -104,7 +104,7 @@ the robot again, + and - change the rate, Ctrl-X aborts what others have it do, 
   vrs where pick.vrst --at 1.0 2.5
 \f
 
-Before the first motion, after the last and between motions the robot stands still.
+Before the first motion, between motions and after the last motion the robot is at rest.
 """,
     "replay": """\
 Keys: space plays and pauses, left and right seek, r rewinds, + and - change the rate, q leaves.
@@ -112,27 +112,27 @@ Keys: space plays and pauses, left and right seek, r rewinds, + and - change the
   vrs replay pick.vrst --speed 0.25
 \f
 
-Without a terminal, or with --step, a table is printed; with --csv, --plot or --report only these are written.
+Without a terminal, or with --step, a table is printed. With --csv, --plot or --report, only these files are written.
 
   vrs replay pick.vrst --step 0.5
   vrs replay pick.vrst --plot pick.svg
 """,
     "export": """\
-  csv   a table of joints and tool positions, one row a sample
-  json  a list of positions, one object a sample
+  csv   a table of joints and tool positions, one row per sample
+  json  a list of positions, one object per sample
   npz   NumPy arrays of samples, and of the segments with their polynomials
   mcap  messages of ROS 2 in a log for Foxglove and rosbag2
-  ros   a JointTrajectory of ROS 2 as JSON: its controllers interpolate it exactly; --rate adds points
+  ros   a JointTrajectory of ROS 2 as JSON, which ROS controllers interpolate exactly; --rate adds points
   html  a page that plays in a browser, offline
   png   a picture of one moment
-  gif   a moving picture
-  mp4   a film, by ffmpeg
+  gif   an animation
+  mp4   a film, made by ffmpeg
 
 \f
-Columns of csv: t [s], jt1 ... jtn [deg; mm where a joint slides], x, y, z [mm], o, a, t_angle [deg].
-html, png, gif and mp4 show the robot; a picture or a film is taken by the Chromium
-or Chrome of this machine. With --measured csv, json and npz have the measured joints beside the planned ones; all
-others show the robot as it was measured.
+Columns of csv: t [s], jt1 ... jtn [deg; mm for a prismatic joint], x, y, z [mm], o, a, t_angle [deg].
+html, png, gif and mp4 show the robot; pictures and films need Chromium or Chrome on this machine.
+With --measured, csv, json and npz have both the planned and the measured joints; all other formats have the measured
+robot only.
 
   vrs export pick.vrst --to csv -o pick.csv --rate 50
   vrs export pick.vrst --to csv | head
@@ -141,65 +141,65 @@ others show the robot as it was measured.
   vrs export pick.vrst -o pick.png --at 2.5
 """,
     "verify": """\
-Exit status 1: something is wrong.
+Exit status 1: the file has faults.
 
   vrs verify pick.vrst
 \f
 
-Reading a file checks its form, checksums, continuity, the ranges of the joints, and their limits in joint space;
-this follows every straight line too, with its accelerations and jerks, and tells all that is wrong.
+Every command that reads a file checks its form, checksums, continuity, joint ranges, and limits in joint space.
+This command also checks accelerations and jerks on every straight line, and reports all faults.
 """,
     "learn": """\
-  vrs learn                 begin, or go on
+  vrs learn                 begin, or continue
   vrs learn 4               lesson 4
 
 At the prompt: HINT, AGAIN, SKIP, BACK, LESSONS, LESSON N, and all of VAL-II.
 
 \f
-  vrs learn my_lessons      lessons of your own: a folder of them, or one lesson
-  vrs learn --check FOLDER  what is wrong with a lesson, or with all in a folder
+  vrs learn my_lessons      your own lessons: a folder with lessons, or one lesson
+  vrs learn --check FOLDER  report the mistakes in a lesson, or in all lessons of a folder
 
-HINT helps, AGAIN shows the step again, SKIP does it for you, BACK goes one step back,
-LESSONS lists all, LESSON N goes to one.
+HINT helps, AGAIN shows the step again, SKIP does the step for you, BACK goes one step back,
+LESSONS lists all lessons, LESSON N goes to one of them.
 
-Without a terminal the lines of standard input are the learner's, and the exit status
-is 0 where the lesson is finished, 1 where it is not:
+Without a terminal, the lines of standard input are taken as the learner's. The exit status
+is 0 if the lesson is finished, otherwise 1:
 
   vrs learn 1 < lines.txt
 """,
     "grade": """\
-A submission is a .v2 file, or a folder with one, called after its student.
-Exit status 1: something could not be graded.
+A submission is a .v2 file, or a folder with one; its name is the student's.
+Exit status 1: a submission could not be graded.
 
-  vrs grade pick class                                all in a folder: ann.v2, bob.v2, carl/robot.v2
+  vrs grade pick class                                a folder: ann.v2, bob.v2, carl/robot.v2
   vrs grade pick class/*.v2 --csv grades.csv --json grades.json
 \f
 
-EXERCISE is a folder with the folders exercise and teacher, or the name of one that comes with vrs. Marks depend
-on steps and simulated time alone: they are the same on every machine. Hidden checks are in --json, --csv, --junit and
-teacher.html; students' files tell the points of all hidden checks together.
+EXERCISE is a folder with the folders exercise and teacher, or the name of an exercise that comes with vrs. Marks depend
+only on steps and simulated time, so they are the same on every machine. Hidden checks appear in --json, --csv, --junit
+and teacher.html; students' files show only the total points of all hidden checks.
 
   vrs grade pick class --html pages                   a page for each student, and one for the teacher
   vrs grade pick /autograder/submission --gradescope /autograder/results/results.json
   vrs grade pick class --dask tcp://scheduler:8786
-  vrs grade --check pick                              what is wrong with an exercise
+  vrs grade --check pick                              report the mistakes in an exercise
   vrs grade --new mine solution.v2                    propose an exercise from a solution
 """,
     "class": """\
-  vrs class new 9b ada bob carl       make the folder 9b, with a token for each and the teacher
+  vrs class new 9b ada bob carl       make folder 9b, with tokens for students and teacher
   vrs class links 9b --at https://robots.school:8765
-  vrs class collect 9b --to monday    the newest program of each
-  vrs class forget 9b ada             remove ada: the token, and all files
+  vrs class collect 9b --to monday    copy each student's newest program
+  vrs class forget 9b ada             remove ada's token and files
 
 \f
-  vrs class new 9b --names names.txt  names from a file; to add some, do it again
+  vrs class new 9b --names names.txt  read the names from a file; repeat the command to add students
   vrs serve --class 9b --host 0.0.0.0 --tls-cert cert.pem --tls-key key.pem
   vrs grade pick monday
 
-A link lets in whoever has it: give each student the own one alone. See docs/serve.md.
+Anybody who has a link can connect: give each student only the student's own link. See docs/serve.md.
 """,
     "class token": """\
-The file holds hashes of tokens: what is printed here is told once.
+The file contains only hashes of tokens: the printed tokens cannot be shown again.
 
   vrs class token tom --file class.toml --role teacher
 \f
@@ -211,19 +211,19 @@ A server reads the file again when it changes.
   vrs class token ada --file class.toml --revoke
 """,
     "serve": """\
-One robot, for this machine alone:
+One robot, which only this machine can reach:
 
   vrs serve
   vrs connect ws://127.0.0.1:8765        (in another terminal)
 
-Ctrl-C, or SIGTERM, ends it. See docs/serve.md and docs/security.md.
+Ctrl-C or SIGTERM ends the server. See docs/serve.md and docs/security.md.
 
 \f
-Two robots in real time, which are there again after a crash:
+Two robots in real time, whose timelines and programs survive a crash:
 
   vrs serve --robot cell1=puma560 --robot cell2=cobra600 --realtime --journal journal
 
-A class, each with a robot of her own (vrs class token makes the tokens):
+A class in which each student has a robot (vrs class token makes the tokens):
 
   vrs serve --host 0.0.0.0 --tls-cert cert.pem --tls-key key.pem --tokens class.toml \\
             --robots-per-token 1 --journal journal --folder files
@@ -236,8 +236,8 @@ A class, each with a robot of her own (vrs class token makes the tokens):
   echo WHERE | vrs connect ws://127.0.0.1/robots/cell1
   vrs connect ws://127.0.0.1 --get pick.v2 -o - | vrs check -
 
-LOAD and STORE are about the files of the robot: --put and --get take files there and back.
-What concerns the connection is told on stderr.
+LOAD and STORE read and write files in the robot's folder; --put and --get copy files to this folder and back.
+Messages about the connection go to standard error.
 """,
     "body": """\
   vrs body ws://127.0.0.1:8000 --mujoco
@@ -245,7 +245,7 @@ What concerns the connection is told on stderr.
 \f
 
 A simulated arm takes disturbances on standard input while it runs: push, payload, block, slip, stop, drift, release.
---scenario FILE has them with their times (docs/twin.md).
+--scenario FILE reads disturbances with their times (docs/twin.md).
 
   echo 'payload mass = 2' | vrs body ws://127.0.0.1:8000 --mujoco
   vrs body ws://lab:8000/robots/left --stream --format json --rate 50
@@ -256,12 +256,12 @@ A simulated arm takes disturbances on standard input while it runs: push, payloa
   vrs robots two_arms.urdf --tip left_tool
 """,
     "lab experiment": f"""\
-methods tries viewers and controllers of your own; twin disturbs a simulated body; study is for people.
+methods tests your own viewers and controllers; twin disturbs a simulated body; study is for people.
 
   vrs lab experiment methods --viewer smooth.py:Smooth
 \f
 
-All but study happens in virtual time, and is the same for the same seeds (docs/experiment.md).
+All except study run in virtual time: the same seeds give the same results (docs/experiment.md).
 
   vrs lab experiment delays --plot delays.svg
   vrs lab experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
@@ -269,27 +269,28 @@ All but study happens in virtual time, and is the same for the same seeds (docs/
   vrs lab experiment twin --scenario payload storm.toml --plot twin.svg
   vrs lab experiment study study.toml --participant 3
 
-An operator commands a motion every second or so, each for LEAD seconds after it is issued. Somebody far away sees it
-  frames     by positions that are shown as they come
-  predicted  by positions D_b ahead, shown when their time has come
-  deltas     by the timeline, at the present
-  ahead      by the timeline, D_f later: where the robot will be when a command of now arrives
-  preview    the same, with the commands that are on their way
-A row is the mean over all seeds. All of it happens in virtual time, and is the same for the same seeds.
+delays: an operator commands about one motion a second, each to begin LEAD seconds after it is issued. A remote viewer
+shows the robot
+  frames     from positions, as they arrive
+  predicted  from positions sent D_b ahead, shown at their own times
+  deltas     from the timeline, at the present time
+  ahead      from the timeline, D_f later: where a command sent now will find the robot
+  preview    as ahead, with the commands that are still on their way
+A row is the mean over all seeds.
 
-methods tries classes of your own: viewers that show the robot from late frames, and controllers whose set points arrive
-late, in fixed scenarios, beside those of vrs. docs/experiment.md says which two methods each has.
+methods tests your own classes in fixed scenarios, and compares them with those of vrs: viewers that show the robot from
+late frames, and controllers whose set points arrive late. docs/experiment.md lists the two methods of each class.
 
-twin lets a simulated body follow the timeline, and disturbances befall it: what is seen, beside where the body is.
+twin disturbs a simulated body that follows the timeline, and compares the displayed arm with the body.
 
-study is for people: they drive under several delays, in the order of a Latin square, and times and errors go to a CSV
-file under pseudonyms. After a kill the same command goes on with the next trial.
+study: people drive under several delays, in the order of a Latin square. Times and errors are written to a CSV file
+under pseudonyms. If the process is killed, the same command continues with the next trial.
 
 {DELAYS}
   vrs lab experiment delays --forward "trace up.txt" --backward "bursty 50ms 400ms 5s 500ms" --loss 1%
 """,
     "lab delay": f"""\
-Whoever connects to LISTEN is connected to TARGET; both are HOST:PORT, or a PORT of this machine (0: one that is free).
+Connections to LISTEN are passed on to TARGET; both are HOST:PORT, or a PORT of this machine (0: a free port).
 Ctrl-C ends it.
 
   vrs lab delay 7001 7000 --forward "gamma 200ms 80ms" --loss 1%
@@ -297,10 +298,10 @@ Ctrl-C ends it.
 \f
 
 {DELAYS}
-Each connection has delays of its own, the same for the same seed and number.
+Each connection has its own delays; the same seed and number give the same delays.
 """,
     "lab steer": """\
-A line is a time and the joints [s, deg, mm], or what the first line names, such as t,x,y,z,o,a,t_angle.
+A line has a time and the joints [s, deg, mm], or the columns that the first line names, such as t,x,y,z,o,a,t_angle.
 
   vrs lab steer taught.csv --csv followed.csv
   robot_logger | vrs lab steer ws://lab:8000
@@ -310,17 +311,16 @@ A line is a time and the joints [s, deg, mm], or what the first line names, such
   robot_logger | vrs lab steer - --realtime
   vrs lab steer ws://lab:8000/robots/left taught.csv
 
-Each target is followed from its time on, within all limits, until the next one; at the end, or after Ctrl-C,
-the robot stops at the last one.
+The robot follows each target from its time on, within all limits, until the next target. At the end, or after Ctrl-C,
+the robot stops at the last target.
 
-A line that is no target is named and left out.
+A line that is not a target is reported and skipped.
 
-A robot that is served follows in its own real time; each target is sent ahead, and due so many seconds after its time
-as --lead says.
+A served robot follows in its own real time: each target is sent early, and is due --lead seconds after its time.
 """,
     "tools lsp": """\
 Diagnostics while you type, completion, help under the pointer, go to definition, outline, formatting.
-How editors are told to start it: docs/editors.md.
+docs/editors.md explains how an editor starts it.
 """,
     "tools completion": """\
   eval "$(vrs tools completion bash)"                                      in ~/.bashrc
@@ -329,9 +329,9 @@ How editors are told to start it: docs/editors.md.
   vrs tools completion powershell | Out-String | Invoke-Expression         in $PROFILE
 """,
     "tools config": """\
-What it prints can be the file itself.
+The output can be used as the configuration file.
 \f
 
-What is wrong in the file is told on standard error, and the status is 1.
+Mistakes in the file are reported on standard error, and the exit status is 1.
 """,
 }

@@ -21,7 +21,7 @@ from vrs_cli.repl import connection, interrupt
 from vrs_cli.repl.shell import at, on_terminal
 
 TOKEN = "VRS_TOKEN"
-TOLD = re.compile(r"[\w.-]+ ([\w-]{32})")  # a line as `vrs class token` prints it: NAME TOKEN
+TOKEN_LINE = re.compile(r"[\w.-]+ ([\w-]{32})")  # a line as `vrs class token` prints it: NAME TOKEN
 
 
 def client_of(options: Namespace, *, attended: bool = False, behind: float = 0.0) -> Client:
@@ -57,7 +57,7 @@ def token_of(file: str | None) -> str:
         text = Path(file).read_text(encoding="utf-8").strip()
     except (OSError, UnicodeError) as error:
         raise CommandLineError(f"--token-file: {file} cannot be read", str(error)) from None
-    match = TOLD.fullmatch(text)
+    match = TOKEN_LINE.fullmatch(text)
     return match.group(1) if match else text
 
 
@@ -89,15 +89,15 @@ def connect(options: Namespace) -> int:
         port.close()
 
 
-def once(told: Callable[[str], None]) -> Callable[[str], None]:
-    """Return a function that reports messages through `told`, but skips a message equal to the previous one: repeated
+def once(notify: Callable[[str], None]) -> Callable[[str], None]:
+    """Return a function that reports messages through `notify`, but skips a message equal to the previous one: repeated
     attempts to connect fail with the same message."""
     last = ""
 
     def tell(text: str) -> None:
         nonlocal last
         if text != last:
-            told(text)
+            notify(text)
         last = text
 
     return tell

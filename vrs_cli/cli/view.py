@@ -250,8 +250,8 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell 
         found = socket_port.SocketPort.connect(options.url, hello_of(token, name=called), ca=options.ca, window=0.0)
     name, world = found.welcome.robot, found.far.world
     found.close()
-    told = None if cell is None or world is not None else cell_record(cell)
-    if cell is not None and told is None:
+    record = None if cell is None or world is not None else cell_record(cell)
+    if cell is not None and record is None:
         why = "it is too large for a page" if world is None else "the server tells what is around the robot"
         teller(options.prog)(f"--cell is left out: {why}")
     relay = Relay(
@@ -263,7 +263,7 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell 
         ca=options.ca,
         ahead=far_end.Ahead.PRESENT if options.ahead is None else options.ahead,
         window=options.window,
-        cell=told,
+        cell=record,
     )
     with errors_of_options(UsageError):
         server = LocalServer(at, relays={name: relay}, tell=teller(options.prog))

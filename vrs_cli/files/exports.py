@@ -389,9 +389,9 @@ EXPORTERS: Mapping[str, Exporter] = {
     exporter.name: exporter
     for exporter in (
         Exporter(
-            "csv", ".csv", "a table of joints and tool positions, one row a sample", write_csv, tells_measured=True
+            "csv", ".csv", "a table of joints and tool positions, one row per sample", write_csv, tells_measured=True
         ),
-        Exporter("json", ".json", "a list of positions, one object a sample", write_json, tells_measured=True),
+        Exporter("json", ".json", "a list of positions, one object per sample", write_json, tells_measured=True),
         Exporter(
             "npz",
             ".npz",
@@ -410,7 +410,7 @@ EXPORTERS: Mapping[str, Exporter] = {
         Exporter(
             "ros",
             ".json",
-            "a JointTrajectory of ROS 2 as JSON: its controllers interpolate it exactly; --rate adds points",
+            "a JointTrajectory of ROS 2 as JSON, which ROS controllers interpolate exactly; --rate adds points",
             write_ros,
             usual=lambda _timeline: 0.0,
         ),

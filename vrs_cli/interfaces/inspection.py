@@ -222,7 +222,7 @@ def _basis(around: analyzer.Surroundings, analysis: Analysis) -> _Basis:
 # --- before a run ------------------------------------------------------------------------------------------------
 
 
-def told_before_run(programs: Sequence[memory.StoredProgram], model: RobotModel) -> tuple[Diagnostic, ...]:
+def warnings_before_run(programs: Sequence[memory.StoredProgram], model: RobotModel) -> tuple[Diagnostic, ...]:
     """Return the warnings about steps that a run would skip or carry out without a message. Other findings are shown
     elsewhere: LOAD shows the warnings of the analysis, and the run reports failing steps and locations out of reach.
     `programs`: the programs of one file, without errors."""

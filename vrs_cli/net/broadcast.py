@@ -361,7 +361,7 @@ class Broadcast:
         """Take reports of the body; return whether a listener wants them."""
         if not self.measured.take(reports, heard=bool(self._measuring)):
             return False
-        self._measured_due = min(self._measured_due, self._gathered + streams.TOLD_EVERY)
+        self._measured_due = min(self._measured_due, self._gathered + streams.BATCH_PERIOD_S)
         return True
 
     def announce(self, news: messages.ServerMessage) -> None:

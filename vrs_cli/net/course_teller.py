@@ -39,7 +39,7 @@ STEP = 0.001  # [s] CPU time of one step
 SHARE = 0.25  # maximum fraction of a core used to compute courses
 LAG = 0.25  # [s] maximum time that the next step waits while the robot has work
 LOOKS_EVERY = 0.01  # [s] how often to check whether the robot still has work to do
-TOLD_EVERY = 0.05  # [s] time between two messages to clients while the course is being computed
+NEWS_PERIOD_S = 0.05  # [s] time between two messages to clients while the course is being computed
 
 MAX_ROWS = 400  # maximum number of rows in one message
 MAX_LOOKED = 600.0  # [s] maximum length of a saved trajectory searched for contacts; 1 s of motion takes 10 ms of CPU
@@ -335,7 +335,7 @@ class CourseThread(CourseTeller):
                 with _one_at_a_time:
                     goes_on = self.step()
                 took = time.thread_time() - begun
-                if not goes_on or time.monotonic() - woken_at > TOLD_EVERY:
+                if not goes_on or time.monotonic() - woken_at > NEWS_PERIOD_S:
                     woken_at = time.monotonic()
                     self._woken()
                 if not goes_on:

@@ -284,7 +284,7 @@ def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:
 
 # --- reports of the body ---------------------------------------------------------------------------------------------
 
-TOLD_EVERY = 0.05  # [s] time between two batches of reports
+BATCH_PERIOD_S = 0.05  # [s] time between two batches of reports
 MAX_REMEMBERED = 4000  # maximum number of kept reports; a slow listener misses older ones
 
 

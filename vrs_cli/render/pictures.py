@@ -399,7 +399,7 @@ PICTURES: Mapping[str, Exporter] = {
     for exporter in (
         _picture("html", "a page that plays in a browser, offline", write_page, check_page, lambda _: 1.0),
         _picture("png", "a picture of one moment", write_still, check_still, lambda timeline: timeline.end),
-        _picture("gif", "a moving picture", write_gif, check_gif, lambda _: FRAMES_A_SECOND),
-        _picture("mp4", "a film, by ffmpeg", write_mp4, check_mp4, lambda _: FRAMES_A_SECOND),
+        _picture("gif", "an animation", write_gif, check_gif, lambda _: FRAMES_A_SECOND),
+        _picture("mp4", "a film, made by ffmpeg", write_mp4, check_mp4, lambda _: FRAMES_A_SECOND),
     )
 }

@@ -112,7 +112,7 @@ def test_what_was_told_is_not_told_again_after_a_later_edit(session: Session) ->
     waited(session)
     assert len(told(session, "SIGNAL 1 AT 0.5")) == 1
     assert told(session, "SIGNAL 3 AT 9", "SIGNAL 4 AT 0.25") == []
-    (one,) = session.told_untrue
+    (one,) = session.warned_untrue
     assert surveyed(session).untrue == (one,)
     session.perform("UNDO 3")
     assert surveyed(session).untrue == ()

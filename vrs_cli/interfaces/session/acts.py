@@ -227,7 +227,7 @@ def survey(session: Session, act: acts.Survey) -> acts.Surveyed:
         speed.value,
         speed.unit.value,
         "" if session.lease is None else session.lease.holder,
-        session.told_untrue[: acts.MAX_UNTRUE],
+        session.warned_untrue[: acts.MAX_UNTRUE],
         tuple(sorted(step for key, step in session.tasks.breakpoints if key == values.key_of(act.program))),
     )
 

@@ -50,7 +50,7 @@ class Session(station.Station):
 
     # values of signals that programs have read and that a later change of the motion has made wrong, as far as the user
     # has been warned of them
-    told_untrue: tuple[results.Untrue, ...] = ()
+    warned_untrue: tuple[results.Untrue, ...] = ()
 
     @property
     def prompt(self) -> str:
@@ -125,7 +125,7 @@ class Session(station.Station):
         book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
         if book is not self.engine.book:
-            self.told_untrue = ()  # the user has moved to another branch; these warnings were about the previous one
+            self.warned_untrue = ()  # the user has moved to another branch; these warnings were about the previous one
         if book is None or before is None or book is not self.engine.book or book.timeline is before:
             return
         if (found := displacement(book, before)) is not None:
@@ -134,10 +134,10 @@ class Session(station.Station):
             changes = book.deltas[len(book.deltas) - (book.timeline.version - before.version) :]
             since = changed_since(before, book.timeline, changes)
             wrong = tuple(untrue(book, self.environment.signals, since))
-            known = {one.number for one in self.told_untrue}
+            known = {one.number for one in self.warned_untrue}
             if new := tuple(one for one in wrong if one.number not in known):
                 yield replies.NoLongerTrue(new)
-            self.told_untrue = (*(one for one in self.told_untrue if one.time < since), *wrong)
+            self.warned_untrue = (*(one for one in self.warned_untrue if one.time < since), *wrong)
 
     def names(self) -> Container[str]:
         """Return the keys of all variables that have a value, including the own variables of the stopped program."""
