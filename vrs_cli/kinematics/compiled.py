@@ -83,17 +83,15 @@ def biases(links: tuple[Link, ...], base: Transform, flange: Transform, *, array
 
 
 class Writer:
-    """Generates the code of an arm's functions, or of a part of the arm that begins with link `first`. `lines`: the
-    assignments generated so far.
-    """
+    """Generates the code of an arm's functions. `lines`: the assignments generated so far."""
 
-    def __init__(self, links: Sequence[Link], base: Transform, flange: Transform, first: int = 0) -> None:
+    def __init__(self, links: Sequence[Link], base: Transform, flange: Transform) -> None:
         self.links, self.lines, self.count = links, list[str](), 0
         self.axes: list[tuple[Column, Column]] = []  # direction of each joint's axis, and a point on it
         # vectors from each frame's origin to the next, and to the flange, as sums
         self.steps: list[tuple[tuple[Entry, Column], ...]] = []
         self.columns = self.columns_of(base)
-        for i, link in enumerate(links, first):
+        for i, link in enumerate(links):
             self.axes.append((self.columns[2], self.columns[3]))
             self._joint(i, link)
         n, s, a, _ = self.columns
@@ -189,7 +187,8 @@ class Writer:
         n, s = self.mix((c, n), (z, s)), self.mix((c, s), (minus(z), n))
         self.steps.append(((link.a, n), (d, a)))
         p = self.mix((1.0, p), *self.steps[-1])
-        ca, sa = twist_entries(link)
+        # cosine and sine of the twist, without rounding errors
+        ca, sa = without_rounding(cos(link.alpha)), without_rounding(sin(link.alpha))
         s, a = self.mix((ca, s), (sa, a)), self.mix((ca, a), (-sa, s))
         self.columns = n, s, a, p
 
@@ -260,11 +259,6 @@ def minus(entry: Entry) -> Entry:
     if isinstance(entry, str):
         return entry[1:] if entry.startswith("-") else f"-{entry}"
     return 0.0 - entry
-
-
-def twist_entries(link: Link) -> tuple[float, float]:
-    """Return the cosine and the sine of a link's twist angle alpha, rounded to 0 or +-1 if they are that close."""
-    return without_rounding(cos(link.alpha)), without_rounding(sin(link.alpha))
 
 
 def without_rounding(x: float) -> float:

@@ -12,11 +12,8 @@ A redundant arm reaches one pose with many joint vectors. A MOVE takes the resul
 current joints. On a straight line guides prescribe sums of joints (`numeric.arm`), so the joints depend only on the
 pose and the time.
 
-`newton` generates Python code for one arm that computes one step of Newton's method, and the joint rates. All vectors
-are expressed in the frame of the third joint's axis, and velocities are those of the point at its origin, because many
-entries of this Jacobian are constants, most of them 0 (Waldron, Wang and Bolin, "A Study of the Jacobian Matrix of
-Serial Manipulators", J. Mechanisms, Transmissions, and Automation in Design 107(2), 1985). Unknowns with constant
-pivots are eliminated once, when the code is generated; the others when it runs.
+`newton` generates Python code for one arm that computes one step of Newton's method, and the joint rates. Velocities
+are those of the point of the flange at the origin of the base, where the Jacobian has the most zeros.
 
 `Aim.nearest` minimises the squared distance of the tool from a pose plus, with less weight, its squared rotation error.
 It takes the same steps as the search, within the bounds (`step_within`), but none that increases the error, so the arm
@@ -35,7 +32,7 @@ from vrs_cli.kinematics import compiled
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Demands, JointKind, Joints, Twist
 from vrs_cli.kinematics.model import ArmTask, Link, RobotModel, some_joints
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, cross, dot, inverse
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, cross, dot
 
 CONVERGED = 1e-10  # [m, rad] a search has succeeded if all components of the error are smaller
 STEPS = 60  # maximum number of steps of a search within the limits
@@ -108,11 +105,9 @@ def as_long_as_angle(v: Vector, cosine: float) -> Vector:
     return v[0] * factor, v[1] * factor, v[2] * factor
 
 
-SEEN_FROM = 2  # index of the frame in which everything is computed: its z axis is the axis of the third joint
 SIDES = 2  # number of right sides of the equations: the errors, and the wanted rates
 NO_TWIST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-Table = list[list[compiled.Entry]]
 Newton = Callable[[Joints, Transform, Demands, Twist, Sequence[float]], tuple[Joints, Joints] | None]
 
 
@@ -137,111 +132,46 @@ def newton(links: tuple[Link, ...], base: Transform, flange: Transform) -> Newto
 
 
 class _StepWriter(compiled.Writer):
-    """Generates the code of `newton`: the kinematics from frame `SEEN_FROM` outward to the flange and back to the base,
-    then the solution of the equations.
+    """Generates the code of `newton`. Velocities are those of the point of the flange that is at the origin of the
+    base.
     """
 
-    def __init__(self, links: Sequence[Link], base: Transform, flange: Transform) -> None:
-        super().__init__(links[SEEN_FROM:], IDENTITY, flange, SEEN_FROM)
-        self.flange, self.columns = self.columns, self.columns_of(IDENTITY)
-        for i in reversed(range(SEEN_FROM)):
-            self._joint_before(i, links[i])
-        self.columns = self.product(self.columns_of(inverse(base)))
-        self.all, self.guides = links, len(links) - 6
-
-    def _joint_before(self, i: int, link: Link) -> None:
-        """Extend the kinematics by one joint and its link towards the base: `columns` becomes the frame before the
-        joint.
-        """
-        n, s, a, p = self.columns
-        c, z, d = self.joint_entries(i, link)
-        ca, sa = compiled.twist_entries(link)
-        s, a = self.mix((ca, s), (-sa, a)), self.mix((ca, a), (sa, s))
-        p = self.mix((1.0, p), (-link.a, n))
-        self.axes.insert(0, (a, p))
-        n, s = self.mix((c, n), (compiled.minus(z), s)), self.mix((c, s), (z, n))
-        self.columns = n, s, a, self.mix((1.0, p), (compiled.minus(d), a))
-
     def step_text(self) -> str:
-        joints, guides = range(len(self.all)), range(self.guides)
-        weights = [[f"g{k}_{i}" for i in joints] for k in guides]
-        head = [
-            f"{compiled.comma_list(f'q{i}' for i in joints)} = q",
-            f"{compiled.comma_list(f'p{i}' for i in range(12))} = T",
-        ]
+        count = len(self.links)
+        weights = [[f"g{k}_{i}" for i in range(count)] for k in range(count - 6)]
+        head = [self.unpack_line("q", "q")]
+        head += [f"{compiled.comma_list(f'p{i}' for i in range(12))} = T"]
         head += [f"{compiled.comma_list(f'u{i}' for i in range(6))} = twist"]
-        if self.guides:
-            head += [
-                compiled.comma_list(f"(({compiled.comma_list(row)}), v{k})" for k, row in enumerate(weights))
-                + " = demands"
-            ]
-            head += [f"{compiled.comma_list(f'r{k}' for k in guides)} = rates"]
-        sums = [
-            self.sum([(1.0, f"v{k}"), *((compiled.minus(w), f"q{i}") for i, w in enumerate(weights[k]))])
-            for k in guides
-        ]
-        n, s, a, _ = self.columns
-        v, w = self.mix(("u0", n), ("u1", s), ("u2", a)), self.mix(("u3", n), ("u4", s), ("u5", a))
-        # twist of the flange, taken at the origin of frame `SEEN_FROM`
-        twist = *self.add_crosses(v, (self.flange[3], w)), *w
-        wanted = zip((*self._missing(), *sums), (*twist, *(f"r{k}" for k in guides)), strict=True)
-        columns = list[
-            tuple[compiled.Entry, ...]
-        ]()  # columns of the Jacobian: the flange's velocity at the origin, and its angular velocity
-        for link, (z, o) in zip(self.all, self.axes, strict=True):
-            columns.append((*z, *compiled.STILL) if link.kind is JointKind.PRISMATIC else (*self.cross(o, z), *z))
-        rows = (*zip(*columns, strict=True), *weights)
-        table = [[*row, *sides] for row, sides in zip(rows, wanted, strict=True)]
-        found = (
-            f"({compiled.comma_list(map(compiled.text_of, side))})" for side in zip(*self._solve(table), strict=True)
-        )
-        return compiled.function(
-            "newton(q, T, demands, twist, rates)", [*head, *self.lines, f"return {compiled.comma_list(found)}"]
-        )
+        if weights:
+            demands = (f"(({compiled.comma_list(row)}), v{k})" for k, row in enumerate(weights))
+            head += [f"{compiled.comma_list(demands)} = demands"]
+            head += [f"{compiled.comma_list(f'r{k}' for k in range(len(weights)))} = rates"]
+        *have, o = self.columns
+        v, w, turn = ("u0", "u1", "u2"), ("u3", "u4", "u5"), ("x", "y", "z")
+        missing = *self.add_crosses(self._missing(have), (o, turn)), *turn
+        rows = list[tuple[compiled.Entry, ...]]()  # of the Jacobian and the two right sides, transposed
+        for link, (z, at) in zip(self.links, self.axes, strict=True):
+            rows.append((*z, *compiled.STILL) if link.kind is JointKind.PRISMATIC else (*self.cross(at, z), *z))
+        table = list(zip(*rows, missing, (*self.add_crosses(v, (o, w)), *w), strict=True))
+        for k, row in enumerate(weights):
+            products = [(compiled.minus(x), f"q{i}") for i, x in enumerate(row)]
+            table.append((*row, self.sum([(1.0, f"v{k}"), *products]), f"r{k}"))
+        for r, entries in enumerate(sorted(table, key=lambda row: row[0] == 0.0)):
+            self.lines += [f"a{r}_{c} = {compiled.text_of(x)}" for c, x in enumerate(entries)]
+        found = (compiled.comma_list(f"x{k}_{side}" for k in range(count)) for side in range(SIDES))
+        lines = [*head, *self.lines, *compiled.elimination_lines(count, SIDES)]
+        lines += [f"return {compiled.comma_list(f'({one})' for one in found)}"]
+        return compiled.function("newton(q, T, demands, twist, rates)", lines)
 
-    def _missing(self) -> tuple[compiled.Entry, ...]:
-        """Return the remaining error to the pose T, as a displacement of the flange taken at the origin of frame
-        `SEEN_FROM`, and a rotation vector.
-        """
-        n, s, a, origin = [(f"p{i}", f"p{i + 4}", f"p{i + 8}") for i in range(4)]
-        *want, p = self.product((n, s, a, origin))
-        *have, o = self.flange
+    def _missing(self, have: Sequence[compiled.Column]) -> compiled.Column:
+        """Add lines that compute the rotation vector (`x`, `y`, `z`) to the pose T. Return the displacement to it."""
+        *want, p = [(f"p{i}", f"p{i + 4}", f"p{i + 8}") for i in range(4)]
         x, y, z = map(compiled.text_of, self.add_crosses(compiled.STILL, *zip(have, want, strict=True)))
         trace = self.sum([pair for a, b in zip(have, want, strict=True) for pair in zip(a, b, strict=True)])
         self.lines.append(
             f"x, y, z = turned((0.5 * {x}, 0.5 * {y}, 0.5 * {z}), 0.5 * ({compiled.text_of(trace)} - 1.0))"
         )
-        turn: compiled.Column = ("x", "y", "z")
-        return *self.add_crosses(self.mix((1.0, p), (-1.0, o)), (o, turn)), *turn
-
-    # --- equations ---
-
-    def _solve(self, table: Table) -> Table:
-        """Solve equations given as rows of coefficients followed by right sides. Return for each unknown its values,
-        one for each right side.
-        """
-        n = len(table)
-        entries = ((r, c, table[r][c]) for r in range(n) for c in range(n))
-        r, c, pivot = next(
-            ((r, c, x) for r, c, x in entries if isinstance(x, float) and abs(x) >= compiled.LARGE), (n, n, 0.0)
-        )
-        if r == n:  # no constant pivot is left: generate code that solves the remaining equations at run time
-            table = sorted(table, key=lambda row: row[0] == 0.0)
-            self.lines += [
-                f"a{r}_{c} = {compiled.text_of(x)}" for r, row in enumerate(table) for c, x in enumerate(row)
-            ]
-            self.lines += compiled.elimination_lines(n, SIDES)
-            return [[f"x{k}_{side}" for side in range(SIDES)] for k in range(n)]
-        row = [self.sum([(1.0 / pivot, x)]) for x in table[r]]
-        others = list[list[compiled.Entry]]()  # the other equations, from which this unknown is eliminated
-        for other in (*table[:r], *table[r + 1 :]):
-            pairs = [(x, y) for k, (x, y) in enumerate(zip(other, row, strict=True)) if k != c]
-            others.append([self.sum([(1.0, x), (compiled.minus(other[c]), y)]) for x, y in pairs])
-        found = self._solve(others)
-        known = [compiled.minus(x) for x in row[:c] + row[c + 1 : n]]
-        sides = zip(row[n:], zip(*found, strict=True), strict=True)
-        own = [self.sum([(1.0, wanted), *zip(known, values, strict=True)]) for wanted, values in sides]
-        return [*found[:c], own, *found[c:]]
+        return self.mix((1.0, p), (-1.0, self.columns[3]))
 
 
 LEVER = 0.1  # fraction of the arm's length; an angle [rad] times this length is compared with distances [m]
