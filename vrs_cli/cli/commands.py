@@ -98,51 +98,51 @@ ROBOT = (OptionRow("--robot NAME|FILE", "name or file: see vrs robots"), *CHOICE
 DIALECT = rare(
     "--dialect", "where a file does not say it (default: vplus)", default="vplus", choices=("val", "val2", "vplus")
 )
-CELL = OptionRow("--cell CELL.toml", "what is around it (see docs/cell.md)")
+CELL = OptionRow("--cell CELL.toml", "the cell around the robot (docs/cell.md)")
 REALTIME = OptionRow("--realtime [RATE]", "in real time, or RATE times as fast", kinds.clock_rate, const=1.0)
 UNITS = group(
     "units",
     rare("--allow-net", "TCP ports and connections on this machine"),
     rare(
         "--net-host ADDRESS",
-        "and from other machines: the address to open ports at, 0.0.0.0 for all",
+        "also from other machines: the address at which ports are opened, 0.0.0.0 for all",
         kinds.host_address,
     ),
     rare(
         "--serial N=DEVICE",
-        "what SERIAL:N is: a path, as /dev/ttyUSB0,9600, or pty for a pseudo-terminal",
+        "the device SERIAL:N: a path such as /dev/ttyUSB0,9600, or pty for a pseudo-terminal",
         kinds.serial_line,
         [],
         repeats=True,
     ),
-    rare("--patience S", "how long a unit waits (with --replay-units 60 s)", kinds.positive),
-    rare("--record-units FILE", "write down all that comes from there, and when"),
-    rare("--replay-units FILE", "give the same again, or what a script says"),
-    about="What programs may talk to by ATTACH. With --allow-net and --serial time passes as with --realtime.",
+    rare("--patience S", "how long a unit waits for data (with --replay-units 60 s)", kinds.positive),
+    rare("--record-units FILE", "record all data that arrives, with times"),
+    rare("--replay-units FILE", "replay a record, or follow a script"),
+    about="Devices that programs may ATTACH. With --allow-net and --serial, time passes as with --realtime.",
 )
 OUTPUTS = (
     OptionRow("--csv OUT", "a table of joints and tool (- is standard output)"),
     OptionRow("--rate HZ", "rows per second (default 100)", kinds.sampling_rate),
     OptionRow("--plot OUT.svg|png|pdf", "the curves"),
     OptionRow("--report OUT.html", "a page with curves and a picture"),
-    rare("--report-at S", "the moment of that picture (default: the end)", kinds.number),
+    rare("--report-at S", "the time of that picture (default: the end)", kinds.number),
 )
 CONNECTION = group(
     "the connection",
     OptionRow("--token-file FILE", "a file with the token (default: VRS_TOKEN)"),
-    rare("--name NAME", "what others see you called, where tokens do not say that", default=""),
-    rare("--ca FILE", "the certificate of the server, or of who signed it", Path),
+    rare("--name NAME", "your name for other users, if tokens have no names", default=""),
+    rare("--ca FILE", "the certificate of the server, or of the authority that signed it", Path),
 )
-MEASURED = OptionRow("--measured", "the robot as its body reported it")
-LENIENT = rare("--lenient", "read what can be read of a damaged file, with warnings")
-PROJECT = rare("--project", "the files of a folder are one name space")
+MEASURED = OptionRow("--measured", "the measured robot, not the planned one")
+LENIENT = rare("--lenient", "read the readable part of a damaged file, with warnings")
+PROJECT = rare("--project", "the files of a folder share one name space")
 DELAY_OPTIONS = (
-    rare("--forward DELAYS", "on the way to the robot", kinds.delays),
-    rare("--backward DELAYS", "on the way back", kinds.delays),
-    rare("--loss SHARE", "what is lost on each way, as 1%%", kinds.loss, 0.0),
-    rare("--seed N", "of all that is random (default: 1)", kinds.whole, 1),
+    rare("--forward DELAYS", "delays to the robot", kinds.delays),
+    rare("--backward DELAYS", "delays from the robot", kinds.delays),
+    rare("--loss SHARE", "lost fraction in each direction, such as 1%%", kinds.loss, 0.0),
+    rare("--seed N", "seed of all random numbers (default: 1)", kinds.whole, 1),
 )
-SIGNALS = rare("--signals FILE", "when input signals change: lines of time, signal, state")
+SIGNALS = rare("--signals FILE", "changes of input signals: lines with time, signal, state")
 JSON = OptionRow("--json", "print one JSON object")
 TRAJECTORY = OptionRow("file T.vrst", "a saved trajectory")
 ADDRESS = OptionRow("url URL", SERVED)
@@ -159,7 +159,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "the interactive shell (also plain vrs)",
             "The interactive VAL-II shell of a virtual robot.",
             OptionRow("file [FILE.v2]", "a program file to load first"),
-            OptionRow("--save T.vrst", "record every motion in a file; go on with it if it is there already"),
+            OptionRow("--save T.vrst", "record every motion in a file; continue the file if it exists"),
             *ROBOT,
             DIALECT,
             CELL,
@@ -184,7 +184,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
                 "a program file (- is standard input), and the name of its program (default: the first); or files, "
                 "folders",
             ),
-            OptionRow("--cycles N", "how often; negative: without end", kinds.cycles, 1),
+            OptionRow("--cycles N", "number of cycles; negative: endless", kinds.cycles, 1),
             PROJECT,
             *ROBOT,
             DIALECT,
@@ -203,37 +203,40 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
                 ),
                 rare(
                     "--max-elements N",
-                    "what arrays and strings hold: elements and characters (default: 10M)",
+                    "elements of arrays and characters of strings (default: 10M)",
                     kinds.size,
                 ),
-                rare("--max-output BYTES", "what is typed (default: 100M; or 1M)", kinds.size),
-                rare("--max-disk BYTES", "what is written to files (default: 1G; or 10M)", kinds.size),
+                rare("--max-output BYTES", "output of TYPE (default: 100M; or 1M)", kinds.size),
+                rare("--max-disk BYTES", "bytes written to files (default: 1G; or 10M)", kinds.size),
                 rare(
                     "--max-wall SECONDS",
-                    "time on the wall; the machine decides where that ends a run (default: any; or 300)",
+                    "real time; where a run ends then depends on the machine (default: any; or 300)",
                     kinds.positive,
                 ),
                 rare(
                     "--max-memory BYTES",
-                    "memory of the process, where the system has such a limit (default: any; or 4G)",
+                    "memory of the process, if the system has such a limit (default: any; or 4G)",
                     kinds.size,
                 ),
-                about="Where one is reached the program is stopped with an error. The first default is for one file; "
-                "the second is for each file of a folder or a pattern, and with --sandbox. K, M and G are 1000, 1000K "
+                about="A program that reaches a limit is stopped with an error. The first default is for one file, "
+                "the second for each file of a folder or a pattern, and with --sandbox. K, M and G are 1000, 1000K "
                 "and 1000M.",
             ),
             rare(
                 "--sandbox FOLDER",
-                "for programs of somebody else: their files are here alone (of several files: each in FOLDER/NAME)",
+                "for programs of other people: they use files only in this folder (several files: each in FOLDER/NAME)",
             ),
-            rare("--keep FOLDER", "keep what each of several files wrote, in FOLDER/NAME (else it is removed)"),
+            rare(
+                "--keep FOLDER",
+                "keep the files that each of several programs wrote, in FOLDER/NAME (else they are removed)",
+            ),
             SIGNALS,
             REALTIME,
             UNITS,
             OptionRow("--save T.vrst", "save the trajectory, motion by motion"),
             *OUTPUTS,
             JSON,
-            OptionRow("--quiet", "print only what the program TYPEs"),
+            OptionRow("--quiet", "print only the output of TYPE"),
         ),
         "convert": subcommand(
             "convert",
@@ -259,11 +262,11 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             OptionRow(
                 "--format FORMAT", "text (default), json or github", default="text", choices=("text", "json", "github")
             ),
-            rare("--select CODES", "warnings to tell: V401,V05", kinds.codes, ("V",)),
-            OptionRow("--ignore CODES", "warnings not to tell", kinds.codes, ()),
-            OptionRow("--strict", "status 1 for warnings too"),
-            OptionRow("--fix", "rewrite what can surely be mended, and tell the rest"),
-            rare("--diff", "with --fix: show what it would write, and write nothing"),
+            rare("--select CODES", "warnings to show: V401,V05", kinds.codes, ("V",)),
+            OptionRow("--ignore CODES", "warnings to hide", kinds.codes, ()),
+            OptionRow("--strict", "exit status 1 also for warnings"),
+            OptionRow("--fix", "correct sure mistakes, and report the others"),
+            rare("--diff", "with --fix: only show the changes"),
             rare("--watch", "check again whenever a file changes"),
             PROJECT,
             *ROBOT,
@@ -292,25 +295,29 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "Watch a robot, and drive it: in a browser, or on the terminal.",
             OptionRow(
                 "url [FILE.v2|T.vrst|URL]",
-                f"{SERVED}; a program file, or a saved trajectory; nothing: a new robot, and the shell beside it",
+                f"{SERVED}; a program file, or a saved trajectory; without it: a new robot, with a shell",
             ),
             CONNECTION,
             OptionRow("--terminal", "on the terminal: joints, tool, clock, who drives"),
             group(
                 "the browser",
-                OptionRow("--no-open", "print the address alone"),
-                rare("--port PORT", "default: any that is free", kinds.port, 0),
-                rare("--host HOST", "an address of this machine alone (default: 127.0.0.1)", default="127.0.0.1"),
+                OptionRow("--no-open", "print only the address"),
+                rare("--port PORT", "default: any free port", kinds.port, 0),
+                rare(
+                    "--host HOST",
+                    "an address that only this machine can reach (default: 127.0.0.1)",
+                    default="127.0.0.1",
+                ),
             ),
             *ROBOT,
             CELL,
-            rare("--rate R", "seconds of it in one (default: 1)", kinds.clock_rate, 1.0),
-            rare("--no-run", "load the file, and execute nothing"),
-            rare("--window S", "so many seconds of the robot's past are kept (default 600)", kinds.positive),
+            rare("--rate R", "seconds of the robot per second (default: 1)", kinds.clock_rate, 1.0),
+            rare("--no-run", "load the file without executing it"),
+            rare("--window S", "seconds of the robot's past that are kept (default 600)", kinds.positive),
             rare(
                 "--ahead T|auto",
-                "a robot in real time as it will be, so long after what is heard of it; auto: where a command of now "
-                "finds it, D_f + D_b as measured (default: its present)",
+                "show a robot in real time this long [s] after its last known state; auto: where a command sent now "
+                "will find it, with D_f + D_b as measured (default: its present)",
                 kinds.ahead,
             ),
             LENIENT,
@@ -318,8 +325,8 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
         "where": subcommand(
             "recorded",
             "T.vrst --at TIME ...",
-            "where the robot is at any time",
-            "Where the robot of a saved trajectory is at any time: joints, tool and hand.",
+            "print where the robot is at any time",
+            "Print where the robot of a saved trajectory is at any time: joints, tool and hand.",
             TRAJECTORY,
             OptionRow("--at TIME ...", "times [s], any number", kinds.number, required=True, repeats=True),
             OptionRow("--json", "a JSON list with an object for every time"),
@@ -355,8 +362,8 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
         "verify": subcommand(
             "recorded",
             "T.vrst",
-            "check that it is whole, and that the robot can do it",
-            "Whether a saved trajectory is whole, and one that the robot can do.",
+            "check that it is complete, and that the robot can execute it",
+            "Check that a saved trajectory is complete, and that the robot can execute it.",
             TRAJECTORY,
             OptionRow("--json", "print one JSON object: sound, checksums, reports, faults"),
         ),
@@ -366,16 +373,18 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "learn",
             "[LESSON]",
             "lessons at the prompt: VAL-II and the robot, step by step",
-            "Lessons at the prompt: a step at a time, checked by what you did. It goes on where you were.",
+            "Lessons at the prompt, step by step; each step is checked. A lesson continues where you left it.",
             OptionRow("lesson [LESSON|FOLDER]", "a number, a name, or a folder of lessons"),
             OptionRow("--list", "the lessons, and where you are in each"),
             OptionRow("--reset", "forget where you are: in one lesson, or in all"),
-            rare("--check FOLDER", "try a lesson: each step with nothing done, wrong lines, its model lines"),
+            rare(
+                "--check FOLDER", "test a lesson: each step without lines, with wrong lines, and with its model lines"
+            ),
             group(
                 "the browser",
                 OptionRow("--view", "show the robot in a browser"),
-                rare("--no-open", "print the address alone"),
-                rare("--port PORT", "default: any that is free", kinds.port, 0),
+                rare("--no-open", "print only the address"),
+                rare("--port PORT", "default: any free port", kinds.port, 0),
             ),
         ),
         "grade": subcommand(
@@ -385,12 +394,12 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "Grade submissions for an exercise: run each in all variants, and mark what it did.",
             OptionRow("exercise [EXERCISE]", "a folder, or the name of one that comes with vrs"),
             OptionRow("files [FILES ...]", "submissions: files, folders, patterns"),
-            OptionRow("--check FOLDER", "tell what is wrong with an exercise: it runs the model, and mutants of it"),
+            OptionRow("--check FOLDER", "report mistakes in an exercise; runs the model solution and mutants of it"),
             rare(
                 "--new NAME",
                 "propose the exercise NAME, a new folder, from a solution: its checks are what the solution does",
             ),
-            rare("--cell CELL.toml", "with --new: what is around the robot (default: as of vrs run)"),
+            rare("--cell CELL.toml", "with --new: the cell around the robot (default: as for vrs run)"),
             JOBS,
             rare("--dask ADDRESS", "grade on the workers of this Dask scheduler"),
             rare("--quiet", "print no table"),
@@ -399,8 +408,8 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
                 OptionRow("--json FILE", "all results, with reasons and variants"),
                 OptionRow("--csv FILE", "a table for a gradebook"),
                 rare("--junit FILE", "JUnit's XML"),
-                rare("--gradescope FILE", "results.json of Gradescope; of several submissions a folder"),
-                rare("--check50 FILE", "the JSON of check50; of several submissions a folder"),
+                rare("--gradescope FILE", "results.json of Gradescope; for several submissions a folder"),
+                rare("--check50 FILE", "the JSON of check50; for several submissions a folder"),
                 OptionRow("--html FOLDER", "pages: FOLDER/students for students, FOLDER/teacher.html"),
             ),
         ),
@@ -408,14 +417,14 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "classroom",
             "COMMAND FOLDER",
             "a class in browsers: new, links, collect, forget",
-            "A class in browsers: each student has a robot, and enters by a link.",
+            "A class in browsers: each student has a robot and a link to it.",
             OptionRow(
                 "action new|links|collect|forget|token",
                 "what to do (token: see vrs class token --help)",
                 choices=("new", "links", "collect", "forget", "token"),
             ),
             OptionRow("folder FOLDER", "the folder of the class"),
-            OptionRow("students [NAME ...]", "of new and forget: students; of links: only theirs"),
+            OptionRow("students [NAME ...]", "new, forget: students; links: only for these students"),
             OptionRow("--names FILE", "new: names of students, one in each line"),
             OptionRow("--at URL", "links: the address of the server (default: http://127.0.0.1:8765)"),
             OptionRow("--to FOLDER", "collect: where to (default: collected, in FOLDER)"),
@@ -423,19 +432,19 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
         "class token": subcommand(
             "classroom",
             "NAME ... --file FILE",
-            "make tokens for those who may enter a server",
-            "Make tokens, each for one who may enter a server (vrs serve --tokens FILE).",
-            OptionRow("names NAME ...", "what others see; own robots are called so too"),
-            OptionRow("--file FILE", "the file of tokens, made if need be", required=True),
+            "make tokens for the users of a server",
+            "Make tokens for the users of a server (vrs serve --tokens FILE).",
+            OptionRow("names NAME ...", "names for other users, and for the users' own robots"),
+            OptionRow("--file FILE", "the token file; it is made if missing", required=True),
             OptionRow(
                 "--role",
                 "what they may do (default: supervisor)",
                 default="supervisor",
                 choices=("observer", "designer", "supervisor", "teacher", "body"),
             ),
-            OptionRow("--robots A,B", "the shared robots that they may hold (default: all)"),
+            OptionRow("--robots A,B", "the shared robots that they may use (default: all)"),
             rare("--expires DAY", "until the end of that day, or an instant", kinds.expiry),
-            OptionRow("--revoke", "take the tokens of these names out of the file"),
+            OptionRow("--revoke", "remove the tokens of these names from the file"),
         ),
     },
     "many": {
@@ -444,8 +453,8 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "",
             "serve robots to others over the network",
             "Serve virtual robots to others: vrs connect, vrs view, vrs.connect(URL).",
-            OptionRow("--host HOST", "the address to listen at (default: this machine alone)", default="127.0.0.1"),
-            OptionRow("--port PORT", "default: 8765; 0: any that is free", kinds.port, 8765),
+            OptionRow("--host HOST", "the address to listen at (default: only this machine)", default="127.0.0.1"),
+            OptionRow("--port PORT", "default: 8765; 0: any free port", kinds.port, 8765),
             OptionRow(
                 "--robot NAME=ROBOT",
                 "a robot for all, and its name or file; may be repeated",
@@ -456,22 +465,22 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             *CHOICES,
             OptionRow(
                 "--cell [NAME=]CELL.toml",
-                "what is around each robot, or the named one; may be repeated",
+                "the cell around each robot, or around the named one; may be repeated",
                 kinds.named_cell,
                 [],
                 repeats=True,
             ),
             group(
                 "a class",
-                OptionRow("--class FOLDER", "of vrs class new: all that a class needs", dest="class_folder"),
-                OptionRow("--tokens FILE", "who may enter, as what (TOML, read again when it changes)"),
-                rare("--robots-per-token N", "robots that each token has alone", kinds.size, 0),
-                rare("--own-robot ROBOT", "what these are (default: puma560)", default="puma560"),
+                OptionRow("--class FOLDER", "the folder of a class (vrs class new)", dest="class_folder"),
+                OptionRow("--tokens FILE", "users and their roles (TOML, read again when it changes)"),
+                rare("--robots-per-token N", "number of own robots of each token", kinds.size, 0),
+                rare("--own-robot ROBOT", "the kind of these robots (default: puma560)", default="puma560"),
             ),
             group(
                 "time",
                 REALTIME,
-                rare("--causality", "what becomes of commands that come too late", choices=("ABORT", "POSTPONE")),
+                rare("--causality", "what happens to commands that come too late", choices=("ABORT", "POSTPONE")),
                 rare(
                     "--when-driver-goes",
                     "what a program does then (default: go-on)",
@@ -487,7 +496,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             ),
             group(
                 "what is kept",
-                OptionRow("--journal DIR", "what robots do and know, kept over a restart"),
+                OptionRow("--journal DIR", "keep timelines and programs over a restart"),
                 OptionRow("--folder DIR", "the files of robots, one folder for each (default: temporary)"),
                 rare("--audit FILE", "a line for each command (default: audit.jsonl in --journal)"),
             ),
@@ -495,10 +504,10 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
                 "the network",
                 OptionRow("--tls-cert FILE", "the certificate of this server, with its chain (PEM)"),
                 rare("--tls-key FILE", "its key (default: in the same file)"),
-                rare("--insecure", "other machines too, though all can be read on the way"),
+                rare("--insecure", "also serve other machines, without encryption"),
                 OptionRow("--pages", "show the robots in browsers"),
                 rare("--origin URL", "pages of this site may connect too", default=[], repeats=True),
-                rare("--nats URL", "publish all robots there, to look at: nats://HOST:4222"),
+                rare("--nats URL", "publish all robots for viewers: nats://HOST:4222"),
             ),
             group(
                 "limits",
@@ -513,7 +522,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "remote",
             "URL",
             "the shell at a served robot; --put and --get files",
-            "The VAL-II shell at a robot that is served.",
+            "The VAL-II shell at a served robot.",
             ADDRESS,
             CONNECTION,
             rare(
@@ -526,18 +535,18 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
                 "files, instead of the shell",
                 one_of(
                     OptionRow("--put FILE", "put a file into the robot's folder", Path),
-                    OptionRow("--get NAME", "get a file from there"),
+                    OptionRow("--get NAME", "get a file from the robot's folder"),
                 ),
-                OptionRow("--as NAME", "of --put: the name there (default: as here)", dest="called"),
-                OptionRow("-o --output FILE", "of --get: where to write it; - for standard output"),
-                OptionRow("--replace", "overwrite a file of that name"),
+                OptionRow("--as NAME", "with --put: the name at the robot (default: the same)", dest="called"),
+                OptionRow("-o --output FILE", "with --get: the file to write; - is standard output"),
+                OptionRow("--replace", "overwrite a file of the same name"),
             ),
         ),
         "body": subcommand(
             "body",
             "URL",
-            "be the body of a served robot: a simulated arm, or a program",
-            "Be the body of a robot that is served: follow its timeline, and report where the arm really is.",
+            "act as a served robot's body: a simulated arm or a program",
+            "Act as the body of a served robot: follow its timeline, and report the measured joints.",
             ADDRESS,
             CONNECTION,
             one_of(
@@ -545,7 +554,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
                 OptionRow("--rosbridge URL", "an arm of ROS 2, by a rosbridge server (ws://HOST:9090)"),
                 OptionRow("--stream", "another program: set points on stdout, reports on stdin"),
             ),
-            OptionRow("--rate HZ", "reports a second (default: 100, 2000 at most)", kinds.positive, 100.0),
+            OptionRow("--rate HZ", "reports per second (default: 100, at most 2000)", kinds.positive, 100.0),
             group(
                 "the simulated arm",
                 OptionRow("--scenario FILE.toml", "disturbances, and when they begin", Path),
@@ -572,27 +581,27 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
         "robots": subcommand(
             "tools",
             "[NAME|FILE]",
-            "all robots, or all about one",
-            "The robots that are built in, or all about one robot.",
+            "list all robots, or describe one",
+            "List the built-in robots, or describe one robot.",
             OptionRow("robot [NAME|FILE]", "a robot's name, or its TOML or URDF file"),
             OptionRow("--base LINK", "of a URDF file: the link that the arm stands on"),
             OptionRow("--tip LINK", "of a URDF file: the link that the arm moves, its flange"),
-            OptionRow("--task", "what counts of a location, whatever the file says", choices=TASKS),
+            OptionRow("--task", "the part of a location that counts; overrides the file", choices=TASKS),
         ),
         "lab experiment": subcommand(
             "experiment",
             "[KIND]",
-            "try what delays do: delays, methods, twin, study",
-            "Try what delays do to who commands a robot from afar.",
+            "experiments with delays: delays, methods, twin, study",
+            "Experiments on commanding a robot over a connection with delays.",
             OptionRow(
                 "what [EXPERIMENT]", "delays, methods, twin, study", choices=("delays", "methods", "twin", "study")
             ),
-            OptionRow("file [FILE.toml]", "of study: its conditions and its task"),
-            rare("--participant N", "of study: who drives (default: the next who is not done)", kinds.size),
-            rare("--out FILE.csv", "of study: the results (default: FILE.csv, of --dry-run FILE.dry.csv)"),
-            rare("--dry-run", "of study: a scripted participant, in virtual time"),
-            rare("--viewer CLASS ...", "of methods: module:Class or FILE.py:Class"),
-            rare("--controller CLASS ...", "of methods: module:Class or FILE.py:Class"),
+            OptionRow("file [FILE.toml]", "study: its conditions and its task"),
+            rare("--participant N", "study: who drives (default: the next participant)", kinds.size),
+            rare("--out FILE.csv", "study: the results (default: FILE.csv, with --dry-run FILE.dry.csv)"),
+            rare("--dry-run", "study: a scripted participant, in virtual time"),
+            rare("--viewer CLASS ...", "methods: module:Class or FILE.py:Class"),
+            rare("--controller CLASS ...", "methods: module:Class or FILE.py:Class"),
             rare(
                 "--scenario NAME ...",
                 "of methods: moves, steps, waves, stops; of twin: healthy, push, payload, blocked, "
@@ -602,7 +611,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             rare("--jitter T ...", "their standard deviations (default: 80ms)", kinds.duration),
             *DELAY_OPTIONS,
             OptionRow(
-                "--lead T ...", "when commands begin, counted from their issue (default: 0 to 0.8 s)", kinds.duration
+                "--lead T ...", "time from the issue of a command to its begin (default: 0 to 0.8 s)", kinds.duration
             ),
             rare(
                 "--policy ...",
@@ -610,36 +619,34 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
                 str.upper,
                 choices=("ABORT", "POSTPONE"),
             ),
-            OptionRow("--seeds N", "trials a row (default: 20, 5 or 2)", kinds.size),
-            rare("--seconds T", "how long each is (default: 200; of methods 30, of twin 40)", kinds.trial_seconds),
-            rare("--rate HZ", "looks a second (default: 25)", kinds.look_rate),
+            OptionRow("--seeds N", "trials per row (default: 20, 5 or 2)", kinds.size),
+            rare("--seconds T", "duration of each trial (default: 200; methods 30, twin 40)", kinds.trial_seconds),
+            rare("--rate HZ", "samples per second of a viewer (default: 25)", kinds.look_rate),
             *ROBOT,
             JOBS,
-            OptionRow(
-                "--plot [OUT.svg|png|pdf]", "draw curves over the lead, of twin over time", const=STANDARD_STREAM
-            ),
+            OptionRow("--plot [OUT.svg|png|pdf]", "draw curves over the lead; twin: over time", const=STANDARD_STREAM),
             JSON,
         ),
         "lab delay": subcommand(
             "remote",
             "LISTEN TARGET",
             "a line with delays between a client and a server",
-            "Let a line between a client and a server be slow, uneven and lossy.",
+            "Put a line with delays, jitter and losses between a client and a server.",
             OptionRow("listen LISTEN", "where clients connect", kinds.endpoint),
             OptionRow("target TARGET", "the server", kinds.endpoint),
             *DELAY_OPTIONS,
-            OptionRow("--quiet", "tell of no connections"),
+            OptionRow("--quiet", "do not report connections"),
         ),
         "lab steer": subcommand(
             "steer",
             "FILE.csv",
             "follow a stream of targets",
-            "Let the virtual robot follow a stream of targets.",
+            "Make the virtual robot follow a stream of targets.",
             OptionRow("file FILE.csv", "the targets (- is standard input, line by line)"),
-            OptionRow("url [URL]", f"the robot to steer, where it is served: {SERVED}"),
-            rare("--lead S", "of a served robot (default: round trip + 0.35 s)", kinds.positive),
+            OptionRow("url [URL]", f"the address of the served robot to steer: {SERVED}"),
+            rare("--lead S", "for a served robot (default: round trip + 0.35 s)", kinds.positive),
             *ROBOT,
-            OptionRow("--speed PCT", "at most so much of full speed", kinds.percent, 100.0),
+            OptionRow("--speed PCT", "maximum percentage of full speed", kinds.percent, 100.0),
             rare(
                 "--profile",
                 "LSPB: without limits of jerk; the others: with them (default: as the robot's file says)",
@@ -658,14 +665,14 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "",
             "the language server, which editors start",
             "The VAL-II language server (LSP), over standard input and output.",
-            OptionRow("--stdio", "the only way it speaks; some editors say so"),
+            OptionRow("--stdio", "use standard input and output (always; some editors give this option)"),
             *ROBOT,
         ),
         "tools completion": subcommand(
             "tools",
             "SHELL",
             "the script of a shell that completes vrs with Tab",
-            "Print what a shell needs to complete vrs with the Tab key.",
+            "Print the script with which a shell completes vrs by the Tab key.",
             OptionRow("shell SHELL", "bash, zsh, fish, powershell", choices=("bash", "zsh", "fish", "powershell")),
         ),
         "tools config": subcommand(
@@ -673,7 +680,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             "",
             "the settings of the shell, and their file",
             "The settings of the shell: keys, pager, suggestions, colours.",
-            OptionRow("--path", "print the name of the file alone"),
+            OptionRow("--path", "print only the name of the file"),
         ),
     },
 }
