@@ -131,18 +131,17 @@ def sentence(title: str, detail: str, hint: str) -> str:
 
 
 def nearest(word: str, known: Iterable[str], least: float = 0.6) -> str:
-    """Return the known word that is most similar to `word`, or "". `least`: the minimum similarity, 0 to 1."""
+    """Return the known word that is most similar to `word`, ignoring case, or "". `least`: the minimum similarity, 0 to
+    1."""
     from difflib import get_close_matches
 
-    return next(iter(get_close_matches(word, tuple(known), 1, least)), "")
+    names = {name.lower(): name for name in known}
+    return next((names[found] for found in get_close_matches(word.lower(), names, 1, least)), "")
 
 
 def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Return the hint `did you mean MOVES?` with the most similar known word, ignoring case; `otherwise` if no word is
-    similar."""
-    choices = {name.lower(): name for name in known}
-    near = nearest(word.lower(), choices)
-    return f"did you mean {choices[near]}?" if near else otherwise
+    """Return the hint `did you mean MOVES?`, or `otherwise` if no known word is similar."""
+    return f"did you mean {near}?" if (near := nearest(word, known)) else otherwise
 
 
 @contextmanager
