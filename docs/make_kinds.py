@@ -13,8 +13,9 @@ from vrs_cli.teach.kinds import COMMON_KEYS, KINDS, REQUIRED, CheckKind, Key
 PAGE = Path(__file__).parent / "kinds.md"
 HEAD = """# Every kind of check
 
-The kinds of `[[check]]` in an [exercise](exercises.md) or a lesson, from the table that reads them. Keys without a
-default must be there. Each kind has an anchor: `kinds.md#part_at`. Made by `python -m docs.make_kinds`.
+This page lists the kinds of `[[check]]` in an [exercise](exercises.md) or a lesson. Keys without a default are
+required. Each kind has an anchor, such as `kinds.md#part_at`. `python -m docs.make_kinds` makes this page from the
+table in `vrs_cli/teach/kinds.py`.
 
 All kinds have these keys:
 """

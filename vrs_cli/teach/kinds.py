@@ -256,18 +256,18 @@ _DEG = Key("deg", _degrees, "the greatest error of orientation [deg]; without it
 _OFFSET = Key(
     "offset", ExerciseText.place, "the offset of the target from the place, in the world [mm]", checks.NO_OFFSET
 )
-_FROM = Key("from", _known_place, "the place where the way begins", REQUIRED, "begin")
-_TO = Key("to", _known_place, "the place where it ends", REQUIRED, "end")
+_FROM = Key("from", _known_place, "the place where the path begins", REQUIRED, "begin")
+_TO = Key("to", _known_place, "the place where the path ends", REQUIRED, "end")
 _ALLOW = Key("allow", _pairs, "pairs that may touch: parts, fixtures, floor, base, link 1, ..., hand", ())
 _ONLY_WHERE = (
     Key("around", _known_place, "only near this place", None),
-    Key("radius", _millimetres, "how near [mm]; with around", 0.0),
-    Key("from", _known_place, "only on the way from this place", None, "begin"),
-    Key("to", _known_place, "to this one, both passed within 1 mm", None, "end"),
+    Key("radius", _millimetres, "the greatest distance from that place [mm]; with around", 0.0),
+    Key("from", _known_place, "only on the path from this place; with to", None, "begin"),
+    Key("to", _known_place, "the end of that path; the tip passes both places within 1 mm", None, "end"),
     Key("holding", ExerciseText.part, "only while the hand holds this part", ""),
 )
-_NEAR = "half the points up to five times as far"
-_MORE = "half the points up to a tenth more"
+_NEAR = "half the points up to five times the allowed distance"
+_MORE = "half the points up to a tenth above the limit"
 _EACH = "points in proportion to the correct items, in order"
 
 KINDS: Mapping[str, CheckKind] = {
@@ -295,7 +295,7 @@ KINDS: Mapping[str, CheckKind] = {
     "places": CheckKind(
         checks.PlacesCheck,
         ways.judge_places,
-        "places that the tool's tip passes, in order",
+        "that the tool's tip passes these places in order",
         _EACH,
         (
             Key("places", _places, "the places", REQUIRED),
@@ -325,22 +325,22 @@ KINDS: Mapping[str, CheckKind] = {
     "keep_out": CheckKind(
         checks.KeepOutCheck,
         ways.judge_keep_out,
-        "a box that the tip does not enter",
+        "that the tip does not enter a box",
         "",
         (
             Key("at", _known_place, "the middle of the box; with O, A, T it is turned", REQUIRED),
-            Key("size", ExerciseText.size, "its whole sizes along X, Y and Z [mm]", REQUIRED),
+            Key("size", ExerciseText.size, "its full sizes along X, Y and Z [mm]", REQUIRED),
         ),
     ),
     "contact": CheckKind(
-        checks.ContactCheck, outcomes.judge_contact, "that nothing touches that should not", "", (_ALLOW,)
+        checks.ContactCheck, outcomes.judge_contact, "that no bodies touch except the allowed pairs", "", (_ALLOW,)
     ),
     "clearance": CheckKind(
         checks.ClearanceCheck,
         outcomes.judge_clearance,
-        "that nothing comes too near to the arm",
+        "that nothing comes too close to the arm",
         "half the points for half the distance",
-        (Key("mm", _millimetres, "the distance that is to be kept [mm]", REQUIRED), _ALLOW),
+        (Key("mm", _millimetres, "the smallest allowed distance [mm]", REQUIRED), _ALLOW),
     ),
     "speed": CheckKind(
         checks.SpeedCheck,
@@ -359,66 +359,74 @@ KINDS: Mapping[str, CheckKind] = {
     "cycle_time": CheckKind(
         checks.CycleTimeCheck,
         outcomes.judge_cycle_time,
-        "how long the run takes, until the arm stands, or the way from one place to another",
+        "the time of the run until the arm stands, or the time of the path from one place to another",
         _MORE,
         (
             Key("most", _seconds, "the longest time [s]", REQUIRED),
             Key("least", _seconds, "the shortest time [s]", 0.0),
-            Key("from", _known_place, "the place where the way begins", None, "begin"),
-            Key("to", _known_place, "the place where it ends, both passed within 1 mm", None, "end"),
+            Key("from", _known_place, "the place where the path begins", None, "begin"),
+            Key(
+                "to", _known_place, "the place where the path ends; the tip passes both places within 1 mm", None, "end"
+            ),
         ),
     ),
     "signals": CheckKind(
         checks.SignalsCheck,
         outcomes.judge_signals,
-        "changes of outputs, in order and in time",
+        "that outputs change in this order and in time",
         _EACH,
         (
-            Key("changes", _changes, "outputs (-1: 1 goes off), or {signal, after, before, since, near, mm}", REQUIRED),
+            Key(
+                "changes",
+                _changes,
+                "a list of outputs (-1: output 1 goes off), or of {signal, after, before, since, near, mm}: "
+                "times [s] after the start or after an input first came on, and a place of the tip",
+                REQUIRED,
+            ),
             Key("only", ExerciseText.switch, "whether these outputs may have no other changes", False),
         ),
     ),
     "typed": CheckKind(
         checks.TypedCheck,
         outcomes.judge_typed,
-        "lines that TYPE writes, in order and in time",
+        "that TYPE writes these lines in order and in time",
         _EACH,
         (
             Key(
                 "lines",
                 _typed_lines,
-                'texts, or {text, after, before}, or {pattern, after, before}; "model": those of its run',
+                'a list of texts, {text, after, before} or {pattern, after, before}; or "model", the lines of its run',
                 REQUIRED,
             ),
-            Key("only", ExerciseText.switch, "whether no other line may be typed", False),
+            Key("only", ExerciseText.switch, "whether TYPE may write no other lines", False),
         ),
     ),
     "words": CheckKind(
         checks.WordsCheck,
         outcomes.judge_words,
-        "words of the language that must be used, or must not be",
+        "that the program uses some words of the language, or does not use them",
         "points in proportion to the correct words",
         (
-            Key("use", _words, "words, or beginnings of instructions, that must be used", ()),
-            Key("avoid", _words, "words, or beginnings of instructions, that must not be used", ()),
+            Key("use", _words, "words, or beginnings of instructions, that the program must use", ()),
+            Key("avoid", _words, "words, or beginnings of instructions, that the program must not use", ()),
         ),
     ),
     "dialect": CheckKind(
         checks.DialectCheck,
         outcomes.judge_dialect,
-        "that all words are of a dialect",
+        "that all words belong to a dialect",
         "",
         (Key("dialect", ExerciseText.dialect, f"one of {', '.join(DIALECTS)}", REQUIRED),),
     ),
     "like_model": CheckKind(
         checks.LikeModelCheck,
         ways.judge_like_model,
-        "that the tip goes where it goes in the model's run",
+        "that the tip follows the same path as in the model's run",
         _NEAR,
         (
             Key("mm", _millimetres, "the greatest distance from the model's path [mm]", REQUIRED),
             Key("times", ExerciseText.switch, "whether the tip must be there at the same times", False),
-            Key("deg", _degrees, "how far the tool may be turned otherwise [deg]; with times", None),
+            Key("deg", _degrees, "the greatest difference of orientation [deg]; with times", None),
         ),
     ),
     "no_error": CheckKind(
@@ -427,14 +435,19 @@ KINDS: Mapping[str, CheckKind] = {
     "joints": CheckKind(
         checks.JointsCheck,
         state.judge_joints,
-        "where the joints are",
+        "the values of the joints",
         "",
         (
-            Key("at", _joints, 'an angle for each joint [deg]; "any": it does not count', REQUIRED),
-            Key("deg", _degrees, "how far off it may be [deg]", REQUIRED),
-            Key("when", _when, '"end", or "passed": at the end of any motion of the step', checks.When.END),
-            Key("time", _seconds, "when they are looked at [s]", None),
-            Key("count", _whole, "at the ends of so many motions", 1),
+            Key(
+                "at",
+                _joints,
+                'a value for each joint [deg; mm if it slides], or "any" for a joint that does not count',
+                REQUIRED,
+            ),
+            Key("deg", _degrees, "the greatest error of each joint [deg]", REQUIRED),
+            Key("when", _when, '"end" of the step, or "passed": at the end of any of its motions', checks.When.END),
+            Key("time", _seconds, "the time at which they are checked, in place of when [s]", None),
+            Key("count", _whole, "the least number of motions that end with these values", 1),
         ),
     ),
     "variable": CheckKind(
@@ -443,9 +456,11 @@ KINDS: Mapping[str, CheckKind] = {
         "the value of a variable",
         "",
         (
-            Key("of", _variable, "its name", REQUIRED),
+            Key("of", _variable, "the name of the variable", REQUIRED),
             Key("value", _value, "a number, or a text", REQUIRED),
-            Key("within", partial(ExerciseText.number, least=0.0, most=MAX_REAL), "how far off a number may be", 0.0),
+            Key(
+                "within", partial(ExerciseText.number, least=0.0, most=MAX_REAL), "the greatest error of a number", 0.0
+            ),
         ),
     ),
     "location": CheckKind(
@@ -454,10 +469,10 @@ KINDS: Mapping[str, CheckKind] = {
         "the value of a location",
         "",
         (
-            Key("of", _location, "its name, or a compound: table:corner", REQUIRED),
+            Key("of", _location, "the name of the location, or a compound: table:corner", REQUIRED),
             _AT,
-            Key("mm", _millimetres, "how far off it may be [mm]", REQUIRED),
-            Key("deg", _degrees, "how far off it may be [deg]", None),
+            Key("mm", _millimetres, "the greatest distance from the place [mm]", REQUIRED),
+            Key("deg", _degrees, "the greatest error of orientation [deg]", None),
         ),
     ),
     "configuration": CheckKind(
@@ -465,22 +480,25 @@ KINDS: Mapping[str, CheckKind] = {
         state.judge_configuration,
         "the configuration of the arm",
         "",
-        (Key("words", _configuration, "its words", REQUIRED),),
+        (Key("words", _configuration, "words that must be true, such as RIGHTY", REQUIRED),),
     ),
     "setting": CheckKind(
         checks.SettingCheck,
         state.judge_setting,
-        "a switch or a parameter",
+        "the value of a switch or a parameter",
         "",
-        (Key("of", _setting, "its name", REQUIRED), Key("value", _value, '"ON" or "OFF", or its value', REQUIRED)),
+        (
+            Key("of", _setting, "the name of the switch or parameter", REQUIRED),
+            Key("value", _value, '"ON" or "OFF", or the value of the parameter', REQUIRED),
+        ),
     ),
     "motion": CheckKind(
         checks.MotionCheck,
         state.judge_motion,
-        "a motion of the step",
+        "that one motion of the step has all these properties",
         "",
         (
-            Key("last", ExerciseText.switch, "whether it is the one that was commanded last", False),
+            Key("last", ExerciseText.switch, "whether only the motion that was commanded last counts", False),
             Key("space", _space, '"joint" or "straight"', None),
             Key(
                 "profile",
@@ -488,53 +506,53 @@ KINDS: Mapping[str, CheckKind] = {
                 "LSPB, SCURVE or QUINTIC",
                 None,
             ),
-            Key("seconds", _range, "how long it takes [s]", None),
-            Key("mm", _range, "how far apart its ends are [mm]", None),
-            Key("joints", _whole, "how many joints turn at least", 0),
-            Key("begins", _seconds, "when it begins [s]", None),
-            Key("lead", _seconds, "how long after its command it begins at least [s]", 0.0),
-            Key("displaced", ExerciseText.switch, "whether it begins at another time than asked", None),
+            Key("seconds", _range, "its least and greatest duration [s], such as [0.5, 2]", None),
+            Key("mm", _range, "the least and greatest distance between its ends [mm]", None),
+            Key("joints", _whole, "the least number of joints that turn", 0),
+            Key("begins", _seconds, "the time at which it begins [s]", None),
+            Key("lead", _seconds, "the least time from its command to its beginning [s]", 0.0),
+            Key("displaced", ExerciseText.switch, "whether it begins at another time than its AT asks for", None),
         ),
     ),
     "phases": CheckKind(
         checks.PhasesCheck,
         state.judge_phases,
-        "the phases of the timeline",
+        "that consecutive segments of the timeline have these phases",
         "",
         (
-            Key("order", _phases, "accelerate, cruise, blend, decelerate, rest: they follow each other", REQUIRED),
-            Key("only", ExerciseText.switch, "whether there are no others", False),
+            Key("order", _phases, "the phases in order: accelerate, cruise, blend, decelerate, rest", REQUIRED),
+            Key("only", ExerciseText.switch, "whether the timeline may have no other phases", False),
         ),
     ),
     "passes": CheckKind(
         checks.PassesCheck,
         state.judge_passes,
-        "how near the tool comes to a place in the step",
+        "how close the tool comes to a place during the step",
         "",
-        (_AT, Key("mm", _range, "how near [mm]", REQUIRED)),
+        (_AT, Key("mm", _range, "the least and greatest value of the smallest distance [mm]", REQUIRED)),
     ),
     "undone": CheckKind(
         checks.UndoneCheck,
         state.judge_undone,
-        "commands that are taken back",
+        "that commands are undone",
         "",
-        (Key("commands", _whole, "how many, at least", REQUIRED),),
+        (Key("commands", _whole, "the least number of undone commands", REQUIRED),),
     ),
     "program": CheckKind(
         checks.ProgramCheck,
         state.judge_program,
-        "a program in memory",
+        "that a program is in memory",
         "",
-        (Key("of", lambda text, entry, key: key_of(text.text(entry, key)), "its name", REQUIRED),),
+        (Key("of", lambda text, entry, key: key_of(text.text(entry, key)), "the name of the program", REQUIRED),),
     ),
 }
 COMMON_KEYS = (
-    Key("name", ExerciseText.text, "what students see; without it, the kind", ""),
-    Key("points", partial(ExerciseText.number, least=0.0, most=1000.0), "its weight", 1.0),
+    Key("name", ExerciseText.text, "the name that students see; without it, the kind", ""),
+    Key("points", partial(ExerciseText.number, least=0.0, most=1000.0), "the weight of the check", 1.0),
     Key("hint", ExerciseText.text, "advice for students whose program fails the check", ""),
-    Key("hidden", ExerciseText.switch, "whether students see neither its name nor its reason", False),
-    Key("partial", ExerciseText.switch, "whether a part of the points can be earned", True),
-    Key("needs", ExerciseText.texts, "names of checks that must earn something, or this one earns nothing", ()),
+    Key("hidden", ExerciseText.switch, "whether name and reason are hidden from students", False),
+    Key("partial", ExerciseText.switch, "whether a nearly right result earns a part of the points", True),
+    Key("needs", ExerciseText.texts, "names of checks; if one of them earns nothing, this check earns nothing", ()),
 )
 
 # --- reading checks --------------------------------------------------------------------------------------------------
