@@ -19,11 +19,11 @@ PAGE = Path(__file__).parent / "words.md"
 EDITOR = Path(__file__).parent.parent / "vrs_cli/page/src/panels/words.json"
 HEAD = """# Every word
 
-All words that the shell knows, from the tables that HELP, completion and the analyzer read. `1` is a word of VAL, `2`
-of VAL-II, `+` of V+, and a word without any is ours. A word that is not available is still known, and refused by name.
-`DISABLE VPLUS` refuses those that are of `+` alone. Who: the least role that a holder of the robot needs to type it.
-Each word has an anchor: `words.md#instruction-move`.
-Made by `python docs/make_words.py`.
+This page lists all words that the shell knows. The column *from* has `1` for a word of VAL, `2` of VAL-II and `+` of
+V+; it is empty for words that we added. vrs also knows the words that are not available, and refuses them by name.
+`DISABLE VPLUS` refuses words that only V+ has. *Who* is the lowest role in which a user may type the word. Each word
+has an anchor, such as `words.md#instruction-move`. `python docs/make_words.py` makes this page from the tables that
+HELP, completion and the analyzer read.
 """
 COLUMNS = "| form | what it does | example | from | who | state |\n| --- | --- | --- | --- | --- | --- |"
 TABLES: tuple[tuple[str, str, Mapping[str, WordRow]], ...] = (  # title, beginning of the anchors, rows
