@@ -17,9 +17,10 @@ import vrs_cli as vrs
 PAGE = Path(__file__).parent / "reference.md"
 HEAD = """# Every name in Python
 
-What `import vrs_cli as vrs` gives, with all methods, from their docstrings. [The robot in Python](python.md) tells it
-in order, [tasks](tasks.md) has what they are for. (n,) is one row with a number for each joint, (N, n) are N rows. Each
-name has an anchor: `reference.md#robot-move`. Made by `python docs/make_reference.py`.
+This page lists all public names of `import vrs_cli as vrs` with their methods, from their docstrings. [The robot in
+Python](python.md) explains them in order, and [tasks](tasks.md) shows uses. (n,) is one row with a number for each
+joint, (N, n) are N rows. Each name has an anchor, such as `reference.md#robot-move`. `python docs/make_reference.py`
+makes this page.
 """
 GROUPS = (
     ("Robots", ("Robot", "load", "connect", "robots", "Model")),
