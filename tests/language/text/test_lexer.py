@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.errors import CannotInterpret
+from vrs_cli.errors import CannotInterpret, InvalidName
 from vrs_cli.language.text.lexer import MAX_TOKENS, Lexer
 from vrs_cli.language.text.line_parser import LineParser
 from vrs_cli.language.words.foreign import FOREIGN_SIGNS
@@ -94,6 +94,13 @@ def test_a_missing_quote_is_placed_from_the_one_that_opens(line: str) -> None:
         lexer(line).step()
     span = caught.value.diagnostic.span
     assert (span.column, span.end) == (line.rindex('"') + 1, len(line) + 1)
+
+
+@pytest.mark.parametrize("name", ["\u212a1", "\u017fin"], ids=["Kelvin sign", "long s"])
+def test_names_have_ascii_letters_only(name: str) -> None:
+    with pytest.raises(LineRefused) as refused:
+        lexer(f"x = {name}").step()
+    assert refused.value.diagnostic.code == InvalidName.code
 
 
 def test_words_in_full_and_signs_in_one_spelling() -> None:
