@@ -154,6 +154,11 @@ DEFERRED = (
     Deferred(("kinematics/formula.py",), ("inspect",), "it loads the parts of a compiler, and short runs need none"),
     Deferred(("interfaces/dialogue.py",), ("tempfile", "traceback"), "few processes have internal errors"),
     Deferred(("interfaces/users.py",), ("vrs_cli.values.acts",), "types of arguments"),
+    Deferred(
+        ("cli/batch.py", "interfaces", "render/text.py"),
+        ("vrs_cli.values.replies",),
+        "most runs answer no command",
+    ),
     Deferred(("errors.py", "cli/check.py"), ("difflib",), "only mistakes need it"),
     Deferred(("files/atomic.py", "files/disk.py", "files/disk.py"), ("tempfile", "shutil"), "most runs write nothing"),
     Deferred(("cli/check.py", "cli/batch.py"), ("json",), "only --json needs it"),

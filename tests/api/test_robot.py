@@ -30,8 +30,7 @@ from vrs_cli.errors import (
     UndefinedValue,
 )
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.values.replies import ReachReport, Whereabouts
-from vrs_cli.values.results import MotionReport
+from vrs_cli.values.replies import MotionReport, ReachReport, Whereabouts
 
 PART = vrs.trans(300, 450, -200, 90, 90, 0)
 DOWN = (0, -45, 180, 0, 45, 0)

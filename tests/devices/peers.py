@@ -14,8 +14,8 @@ from vrs_cli.devices.device import Outside
 from vrs_cli.devices.sockets import Sockets
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.values.replies import Message, Reply
-from vrs_cli.values.results import RunResult
+from vrs_cli.values.replies import Reply
+from vrs_cli.values.results import Message, RunResult
 
 PEER_TIMEOUT_S = 10.0  # [s] that a peer waits: no test comes near
 Peer = Callable[[socket.socket], None]

@@ -16,7 +16,7 @@ from vrs_cli.devices.sockets import Sockets
 from vrs_cli.engine.clock import VirtualClock
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Message
 from vrs_cli.wire.codec import Encoding, decode, encode
 
 SERVER = (

@@ -12,7 +12,7 @@ from tests.devices.peers import Door, live_session
 from tests.interfaces.programs import load
 from vrs_cli.devices.sockets import Sockets, open_serial
 from vrs_cli.errors import DeviceNotReady
-from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Message
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no terminals of this kind")
 

@@ -11,7 +11,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import VrsError
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import Request
-from vrs_cli.values.results import SegmentFate
+from vrs_cli.values.replies import SegmentFate
 
 WITHIN = 1e-3  # of a peak that dense samples may miss, or find beyond those of the plan
 ROOM = 1e-5  # [rad, m] of a joint that turns back between the samples of a line

@@ -32,7 +32,7 @@ from vrs_cli.net.messages import (
 )
 from vrs_cli.net.protocol import ConnectionState, ServerConnection
 from vrs_cli.net.stream import MessageForm, Packet
-from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Message
 from vrs_cli.wire.codec import Encoding, Frame
 
 

@@ -14,7 +14,8 @@ from vrs_cli.net.messages import Clock, Done, Get, Hello, Names, Put, Refused, S
 from vrs_cli.net.protocol import ClientConnection
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.text import styled_lines
-from vrs_cli.values.replies import FileText, Message, RealTable, Reply, SegmentRow, TimelineTable
+from vrs_cli.values.replies import FileText, RealTable, Reply, SegmentRow, TimelineTable
+from vrs_cli.values.results import Message
 from vrs_cli.wire.codec import Encoding, encode
 
 COUNTS = st.sampled_from([0, 1, MAX_PART_ROWS - 1, MAX_PART_ROWS, MAX_PART_ROWS + 1, 3 * MAX_PART_ROWS + 7])

@@ -23,7 +23,7 @@ from vrs_cli.values.acts import Rest
 from vrs_cli.values.commands import JointOffsetTarget, Move
 from vrs_cli.values.hand import DragState
 from vrs_cli.values.questions import LineWanted, PromptStatus
-from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Message
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.messages import snapshot_record
 from vrs_cli.wire.records import Motions, delta_record

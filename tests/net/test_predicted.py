@@ -23,7 +23,7 @@ from vrs_cli.net.preview import CHANGING, Flags, changing_line
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.acts import Execute, Go, Goal, ListMotions, Say, Undo
 from vrs_cli.values.commands import JointTarget, Move, Stamp
-from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Message
 from vrs_cli.wire.messages import Refusal, snapshot_record
 from vrs_cli.wire.records import Motions, delta_record
 from vrs_cli.wire.steered import steered_record

@@ -47,7 +47,7 @@ from vrs_cli.net.messages import (
 from vrs_cli.net.protocol import BACKLOG, HELLO_BYTES, MAX_PENDING, ClientConnection, ServerConnection
 from vrs_cli.values.questions import LineWanted
 from vrs_cli.values.questions import PromptStatus as Around
-from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Message
 from vrs_cli.wire.codec import Encoding, Frame, encode
 from vrs_cli.wire.messages import SnapshotRecord
 from vrs_cli.wire.records import Motions, delta_record, segment_records

@@ -34,7 +34,7 @@ from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.prompt import FromHistory, ValLexer
 from vrs_cli.repl.shell import Local
 from vrs_cli.trajectory.timeline import TimelineDelta
-from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Message
 
 ENTER, CTRL_C, CTRL_D, TAB, UP, LEFT = "\r", "\x03", "\x04", "\t", "\x1b[A", "\x1b[D"
 CTRL_U, CTRL_X, CTRL_Y = "\x15", "\x18", "\x19"

@@ -31,7 +31,7 @@ from vrs_cli.repl.piped import KEEPING_UP, RESTING
 from vrs_cli.repl.shell import Local, on_pipe
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.questions import Answer, Question
-from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Message
 from vrs_cli.wire.messages import Refusal
 
 ENTER, CTRL_C, CTRL_D, TAB, SAVE, QUIT, UP = "\r", "\x03", "\x04", "\t", "\x13", "\x11", "\x1b[A"

@@ -19,7 +19,7 @@ from vrs_cli.repl.screen_editor import UNSAVED, ScreenEditor
 from vrs_cli.values.acts import KeepDraft
 from vrs_cli.values.diagnostics import Dialect, LineRefused
 from vrs_cli.values.questions import Answer, Editing, Question
-from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Message
 
 ENTER, SAVE, QUIT, FIND, UNDO, REDO, CUT = "\r", "\x13", "\x11", "\x06", "\x1a", "\x19", "\x0b"
 F1 = "\x1bOP"

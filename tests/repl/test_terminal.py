@@ -12,7 +12,8 @@ from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.repl.loop import PlainTerminal
 from vrs_cli.repl.terminal import PROGRESS_DELAY_S, REFRESH, ShellTerminal
 from vrs_cli.values.questions import Confirmation, LineWanted, Parting
-from vrs_cli.values.replies import Farewell, Message, ProgramStopped, Tone
+from vrs_cli.values.replies import Farewell
+from vrs_cli.values.results import Message, ProgramStopped, Tone
 
 CTRL_C = "\x03"
 

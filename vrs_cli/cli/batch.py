@@ -35,12 +35,12 @@ from vrs_cli.render.plain import for_stream, sentences, untrue_sentence
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.repl import interrupt, piped
 from vrs_cli.trajectory.instant import round_to_ns
-from vrs_cli.values import questions, replies
+from vrs_cli.values import questions, results
 from vrs_cli.values.diagnostics import Diagnostic, Severity
 from vrs_cli.values.numbers import count
-from vrs_cli.values.results import ProgramFault, RunResult, StoppedTask, Untrue
 
 if TYPE_CHECKING:
+    from vrs_cli.values.replies import Reply
     from vrs_cli.world.course import WorldCourse
 
 
@@ -71,7 +71,7 @@ class BatchTerminal(Struct, frozen=True):
         """Write the output of TYPE at once."""
         self._write(f"{text}\n" if newline else text)
 
-    def show(self, reply: replies.Reply) -> None:
+    def show(self, reply: Reply) -> None:
         """Write a reply of the session."""
         from vrs_cli.render.text import plain_text
 
@@ -111,7 +111,7 @@ class Batch(Struct, frozen=True):
     options: Namespace
     outputs: Outputs
     sources: tuple[Source, ...]
-    ended: Callable[[RunResult], None] | None = None
+    ended: Callable[[results.RunResult], None] | None = None
     printed: Callable[[Object], None] | None = None
     owners: dict[str, Source] = field(default_factory=dict)
 
@@ -185,7 +185,7 @@ class Batch(Struct, frozen=True):
 
     def _execute(
         self, station: Station, progress: RunProgress, stop: interrupt.Stoppable, guard: system_limits.MemoryGuard
-    ) -> tuple[RunResult, bool]:
+    ) -> tuple[results.RunResult, bool]:
         """Execute a program. Return its result, and whether the file written by `--save` is complete. The program also
         ends if a single step exceeds a limit, such as memory."""
         program, engine = self._program(station), station.engine
@@ -304,7 +304,7 @@ class Batch(Struct, frozen=True):
     def _owner(self, program: str) -> Source:
         return self.owners.get(key_of(program), self.source)
 
-    def _finish(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
+    def _finish(self, station: Station, terminal: BatchTerminal, result: results.RunResult) -> int:
         """Report how the run ended, and write the files. After an error the files contain the trajectory up to the
         error."""
         if self.ended is not None:
@@ -319,7 +319,7 @@ class Batch(Struct, frozen=True):
             ]
             self._print_json(station, result, objects, wrong)
         if result.fault is None:
-            terminal.show(replies.Message(result.outcome.value))
+            terminal.show(results.Message(result.outcome.value))
         else:
             print(for_stream(self._fault_text(result.fault), sys.stderr), file=sys.stderr)
         if not self.options.quiet:
@@ -338,7 +338,7 @@ class Batch(Struct, frozen=True):
             return FAILED
         return FAILED if faults else OK
 
-    def _fault_text(self, fault: ProgramFault) -> str:
+    def _fault_text(self, fault: results.ProgramFault) -> str:
         """Describe where and why a program stopped, with the line and a caret that marks the step."""
         place = f"{self._owner(fault.program).path}:{fault.line}: " if fault.line else ""
         source = fault.source.strip()
@@ -347,13 +347,17 @@ class Batch(Struct, frozen=True):
             lines += [f"    {source}", f"    {'^' * len(source)}"]
         return "\n".join([*lines, f"Program {fault.program} stopped at step {fault.step}"])
 
-    def _tell_beside(self, terminal: BatchTerminal, one: StoppedTask) -> None:
+    def _tell_beside(self, terminal: BatchTerminal, one: results.StoppedTask) -> None:
         """Report that a task other than the main program stopped with an error."""
         said = f"{self._fault_text(one.fault)} ({one.where})"
         terminal.alive.say(for_stream(said, sys.stderr))
 
     def _print_json(
-        self, station: Station, result: RunResult | None, errors: list[Object], wrong: Sequence[Untrue] = ()
+        self,
+        station: Station,
+        result: results.RunResult | None,
+        errors: list[Object],
+        wrong: Sequence[results.Untrue] = (),
     ) -> None:
         import json
 
@@ -388,7 +392,7 @@ def _advice(option: str) -> str:
 # --- reports ------------------------------------------------------------------------------------------------------
 
 
-def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -> Object:
+def run_object(engine: Engine, result: results.RunResult | None, errors: list[Object]) -> Object:
     """Return the JSON object that `--json` prints. `result`: None if nothing could be executed. In the object,
     `segments` is the number of segments (pieces of the path) of all motions, without the initial pose."""
     return {
@@ -412,7 +416,7 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
     }
 
 
-def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
+def world_object(station: Station, wrong: Sequence[results.Untrue]) -> Object:
     """Return the facts about the cell for `--json`.
 
     The entries `parts` (the workpieces, at the end) and `notes` (events such as a fall) exist for a cell with parts.
@@ -513,7 +517,7 @@ def run_many(options: Namespace, files: Sequence[str]) -> int:
 
 
 def _row(options: Namespace, path: str, objects: list[Object]) -> FileSummary:
-    results = list["RunResult"]()
+    ended = list[results.RunResult]()
     try:
         options.file = path
         sources = sources_of((path,), closed=options.sandbox is not None)
@@ -521,16 +525,16 @@ def _row(options: Namespace, path: str, objects: list[Object]) -> FileSummary:
             options,
             Outputs.of(options),
             sources,
-            results.append,
+            ended.append,
             lambda found: objects.append({"file": path, **found}),
         )
         status = run.run()
     except VrsError as error:  # the other files are still executed
         print(f"{options.prog}: {error}", file=sys.stderr)
         return FileSummary(path, status_of(error), BROKEN)
-    if not results:
+    if not ended:
         return FileSummary(path, status, BROKEN)
-    result = results[0]
+    result = ended[0]
     fault, where = result.fault, ""
     if fault is None and result.beside:
         fault, where = result.beside[0].fault, f" of task {result.beside[0].number}"

@@ -26,9 +26,9 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import derivative, third_derivative, turning_points
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values import results
+from vrs_cli.values import replies
 from vrs_cli.values.commands import MotionKind, PoseTarget
-from vrs_cli.values.results import SegmentFate, SplicedSegment
+from vrs_cli.values.replies import SegmentFate, SplicedSegment
 
 SEGMENT_SAMPLES = 33  # number of samples of a segment
 PEAK_SAMPLES, PEAK_ROUNDS = 9, 2  # number of samples around a peak in each round, and number of rounds
@@ -138,7 +138,7 @@ def _peak(courses: Sequence[_Course], measure: Measure) -> tuple[float, float]:
     return value, start + s
 
 
-def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> results.MotionPlan:
+def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> replies.MotionPlan:
     """Explain how a planned change of a timeline executes the motion for which it was planned."""
     after, motion = before.apply(delta), delta.motion
     own = [segment for segment in delta.segments if segment.motion.number == motion.number]
@@ -149,13 +149,13 @@ def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> result
     limits = hardest_limits(arm) if motion.kind is MotionKind.STRAIGHT else joint_limits(arm, motion)
     place = _places(arm, after)
 
-    def peak(measure: Measure, limit: float) -> results.Peak:
+    def peak(measure: Measure, limit: float) -> replies.Peak:
         value, time = _peak(courses, measure)
-        return results.Peak(value, limit, time, place(time))
+        return replies.Peak(value, limit, time, place(time))
 
     smooth = LAWS[motion.profile].smooth
 
-    def load(i: int) -> results.JointLoad:
+    def load(i: int) -> replies.JointLoad:
         velocity = peak(lambda sample: abs(sample.velocity[i]), limits.velocity[i])
         acceleration = peak(lambda sample: abs(sample.acceleration[i]), limits.acceleration[i])
         jerk = peak(lambda sample: abs(sample.jerk[i]), limits.jerk[i]) if smooth else None
@@ -163,10 +163,10 @@ def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> result
         below = peak(lambda sample: -sample.q[i], -limits.lower[i])
         nearest = above
         if below.limit - below.value < above.limit - above.value:
-            nearest = results.Peak(-below.value, limits.lower[i], below.time, below.place)
-        return results.JointLoad(i + 1, velocity, acceleration, jerk, nearest)
+            nearest = replies.Peak(-below.value, limits.lower[i], below.time, below.place)
+        return replies.JointLoad(i + 1, velocity, acceleration, jerk, nearest)
 
-    return results.MotionPlan(
+    return replies.MotionPlan(
         begin,
         end,
         motion.kind.space,
@@ -189,7 +189,7 @@ def _places(arm: RobotArm, timeline: Timeline) -> Callable[[float], Vector]:
     return lambda t: position(position_at(arm, timeline, t).T_world_tool)
 
 
-def _stretch(course: _Course, velocity: Joints) -> results.Stretch:
+def _stretch(course: _Course, velocity: Joints) -> replies.Stretch:
     """Describe a segment: its greatest speeds, and the joint that comes nearest to its velocity limit."""
     segment = course.segment
 
@@ -202,10 +202,10 @@ def _stretch(course: _Course, velocity: Joints) -> results.Stretch:
     speed, turn = (course.greatest(attrgetter(name))[0] for name in ("speed", "turn"))
     space = "joint" if isinstance(segment.path, JointPath) else "straight"
     number = joint + 1 if share else 0
-    return results.Stretch(segment.start, segment.finish, segment.phase.value, space, speed, turn, number, share)
+    return replies.Stretch(segment.start, segment.finish, segment.phase.value, space, speed, turn, number, share)
 
 
-def _cut_in(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> results.CutIn | None:
+def _cut_in(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> replies.CutIn | None:
     """Return the motion that the change interrupts; None if the arm is at rest when the change begins."""
     place = cut_at(arm, before, delta.cut)
     if place.interrupted is None or place.here.joints.at_rest:
@@ -213,13 +213,13 @@ def _cut_in(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> results.Cu
     segment, s = before.locate(delta.cut)
     motion = segment.motion
     speed = _sampler(arm, segment)(s).speed
-    return results.CutIn(motion.number, motion.text, segment.phase.value, segment.start, speed)
+    return replies.CutIn(motion.number, motion.text, segment.phase.value, segment.start, speed)
 
 
 # --- inverse kinematics ----------------------------------------------------------------------------------------------
 
 
-def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> results.InverseReport:
+def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> replies.InverseReport:
     """Return the joints of a location in each configuration, with the steps of the closed form."""
     reach, frames, here = reach_of(stand, target), stand.before.frames, stand.here
     T_robot_flange = compose(compose(frames.base, target.T_world_tool), inverse(frames.tool))
@@ -231,8 +231,8 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> results.
         steps = arm.branch_steps(T_robot_flange, way, option.joints or arm.middle)
         near = arm.inverse_branch(T_robot_flange, way, here) if option.usable else None
         time = None if near is None else arm.shortest_time(here, near)
-        solutions.append(results.SolutionSteps(option, steps, time))
-    return results.InverseReport(
+        solutions.append(replies.SolutionSteps(option, steps, time))
+    return replies.InverseReport(
         text,
         arm.method,
         T_robot_flange,
@@ -250,7 +250,7 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> results.
 # --- the last change of the timeline ---------------------------------------------------------------------------------
 
 
-def splice(book: Book) -> results.SpliceReport:
+def splice(book: Book) -> replies.SpliceReport:
     """Report what the last change did to the segments. Raises UsageError if nothing has changed yet, or if the last
     change is no longer in memory.
     """
@@ -268,7 +268,7 @@ def splice(book: Book) -> results.SpliceReport:
     )
 
 
-def _splice_report(before: Timeline, after: Timeline, delta: TimelineDelta) -> results.SpliceReport:
+def _splice_report(before: Timeline, after: Timeline, delta: TimelineDelta) -> replies.SpliceReport:
     """Report how a delta replaced segments of the timeline `before` by segments of the timeline `after`."""
     planned, tail = len(delta.segments), delta.keep + delta.drop
     rows = list[SplicedSegment]()
@@ -285,7 +285,7 @@ def _splice_report(before: Timeline, after: Timeline, delta: TimelineDelta) -> r
     for index in range(tail, tail + min(rest, ROWS_AROUND)):
         new = after[index - tail + delta.keep + planned]
         rows.append(_row(before[index], new, SegmentFate.SHIFTED if delta.shift else SegmentFate.KEPT))
-    return results.SpliceReport(
+    return replies.SpliceReport(
         delta.motion.text,
         "" if delta.cause is Cause.COMMAND else delta.cause.value.upper(),
         delta.issued,

@@ -21,7 +21,7 @@ from vrs_cli import errors
 from vrs_cli.files.atomic import NewFile, atomically, create_beside, hold
 from vrs_cli.files.opening import FREE, Folder, neighbours, reason, text_of, unreadable
 from vrs_cli.language.run.effects import DISKS, SUCCESS, Access
-from vrs_cli.values.replies import FileRow
+from vrs_cli.values.results import FileRow
 
 
 def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:

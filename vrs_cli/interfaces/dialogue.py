@@ -11,13 +11,16 @@ from enum import Enum
 from functools import partial
 from pathlib import Path
 from threading import Lock
-from typing import Any, Generic, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar, cast
 
 from msgspec import Struct
 
 from vrs_cli.errors import EndOfInput, VrsError
 from vrs_cli.values.questions import Answer, Confirmation, LineWanted, Parting, Question
-from vrs_cli.values.replies import Message, Reply, Tone
+from vrs_cli.values.results import Message, Tone
+
+if TYPE_CHECKING:
+    from vrs_cli.values.replies import Reply
 
 
 class Slice(Enum):
@@ -61,7 +64,7 @@ class Work:
             self.error = error
 
 
-Said = Reply | Question | Slice | Work
+Said: TypeAlias = "Reply | Question | Slice | Work"
 Dialogue = Generator[Said, Answer, R]
 """A generator that yields replies and questions. It receives the answer to each Question, and None after all else."""
 
@@ -336,8 +339,11 @@ def internal_error(error: BaseException, *, afar: bool = False) -> Message:
     try:
         with tempfile.NamedTemporaryFile("w", prefix="vrs-", suffix=".txt", delete=False, encoding="utf-8") as file:
             file.write(report)
-        name = Path(file.name).name
-        place = f"please tell whoever runs the server: {name}" if afar else f"please report it with {file.name}"
+        place = (
+            f"please tell whoever runs the server: {Path(file.name).name}"
+            if afar
+            else f"please report it with {file.name}"
+        )
     except OSError:
         place = "please report it"
     return Message(f"internal error: {type(error).__name__}: {error}; {place}", Tone.ERROR)

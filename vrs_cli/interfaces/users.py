@@ -26,12 +26,13 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.text.ast import Assignment, DoInstruction, ExplainCommand, Instruction, Show, Statement
 from vrs_cli.language.words import instructions, monitor
 from vrs_cli.language.words.word import Role
-from vrs_cli.values import commands, diagnostics, questions, replies, results
+from vrs_cli.values import commands, diagnostics, questions, results
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.dialogue import Dialogue
     from vrs_cli.interfaces.dragging import Dragging
     from vrs_cli.values.acts import Go
+    from vrs_cli.values.replies import Reply
 
 CHANGE = "a change of a variable"
 STOPPING = ("ABORT",)  # commands that are carried out before all waiting requests
@@ -261,7 +262,7 @@ class LineEditor(Protocol):
     def source(self) -> str:
         """The edited program, as the text of a program file."""
 
-    def take(self, line: str) -> Dialogue[tuple[replies.Reply, ...]]:
+    def take(self, line: str) -> Dialogue[tuple[Reply, ...]]:
         """Carry out one line typed in the editor. Raises LineRefused, VrsError."""
 
     def mistake(self, line: str) -> diagnostics.Diagnostic | None:

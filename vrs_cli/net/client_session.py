@@ -35,8 +35,8 @@ from vrs_cli.net.tokens import Grant
 from vrs_cli.values.acts import KeepDraft, Say, StopProgram, Survey, Undo
 from vrs_cli.values.hand import Press, StopJog
 from vrs_cli.values.questions import Amendment, Confirmation, Parting, PromptStatus, Question
-from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, Tone, refusal
-from vrs_cli.values.results import UserAct
+from vrs_cli.values.replies import DiagnosticsReport, Reply, refusal
+from vrs_cli.values.results import Message, Tone, UserAct
 from vrs_cli.wire.codec import Encoding
 
 TYPING = messages.Complete | messages.Check  # requests that a client sends while its user types

@@ -42,9 +42,9 @@ from vrs_cli.net.page_data import ServedShapes
 from vrs_cli.net.served_robot import Plan, ServedRobot, WhenGone
 from vrs_cli.net.tokens import BODY, TEACHER, Grant
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values import replies, results
 from vrs_cli.values.commands import MotionKind
 from vrs_cli.values.measured import DivergenceAlarm, ResyncReport, alarm_text
-from vrs_cli.values.replies import Message, Tone, refusal
 from vrs_cli.version import __version__
 
 PUMP_CPU_S = 0.005  # [s] maximum CPU time spent on the robot's messages before the sockets are flushed
@@ -209,7 +209,7 @@ class Room(ServedRobot):
     def _journal_lost(self, text: str) -> None:
         """Inform all users that the journal was lost."""
         self._tell(text)
-        self._say(messages.Told(Message(text, Tone.ERROR)), None)
+        self._say(messages.Told(results.Message(text, results.Tone.ERROR)), None)
 
     def _say(self, message: messages.ServerMessage, by: object) -> None:
         ticket = self.session.actor.at_work
@@ -239,7 +239,7 @@ class Room(ServedRobot):
                     note("alarm", alarm_text(what))
                 case ResyncReport():
                     note("RESYNC", f"from {what.t:.3f} s, the body follows from {what.until:.3f} s on")
-                case Message():
+                case results.Message():
                     note("alarm", what.text)
                     self._spread(messages.Told(what), None)
                 case _:
@@ -256,7 +256,7 @@ class Room(ServedRobot):
         """Inform clients that the body differs from the timeline."""
         for client in tuple(clients):
             client.tell(messages.Alarm(alarm))
-            client.tell(messages.Told(Message(alarm_text(alarm), Tone.WARNING)))
+            client.tell(messages.Told(results.Message(alarm_text(alarm), results.Tone.WARNING)))
 
     def _tell_lease(self, lease: RobotLease, notice: Notice | None) -> None:
         """Inform all users that the lease has changed."""
@@ -310,7 +310,7 @@ class Room(ServedRobot):
                 client.tell(replace(message, id=None if asked is None else asked.id or None))
 
     def _show_all(self, text: str) -> None:
-        self.put(lambda: self._spread(messages.Told(Message(text, Tone.WARNING)), None))
+        self.put(lambda: self._spread(messages.Told(results.Message(text, results.Tone.WARNING)), None))
 
     def _announce(self) -> None:
         """Announce the clock, the activity and the dragged tool if they have changed.
@@ -356,7 +356,7 @@ class Room(ServedRobot):
         wrong = self._meter.look(session.actor.worked, now)
         if wrong is not None and not session.driver.end_by(wrong):
             self._call(Session.stop, urgent=True)  # stops programs that no request waits for
-            self.put(partial(self._spread, messages.Told(refusal(wrong, "")), None))
+            self.put(partial(self._spread, messages.Told(replies.refusal(wrong, "")), None))
         self._push_status()
         if self.broadcast.course is not None:
             self.broadcast.course.tick()

@@ -86,12 +86,9 @@ def picture(plot: Plot, at: float | None = None) -> str:
     values = [value for curve in plot.curves for value in curve.values]
     across = SvgScale(plot.times[0], plot.times[-1], LEFT, WIDTH - RIGHT)
     up = SvgScale(min(values), max(values), HEIGHT - BOTTOM, TOP)
-    head = (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" '
-        f'font-family="sans-serif" font-size="11" fill="{GREY}">'
-    )
     parts = [
-        head,
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" '
+        f'font-family="sans-serif" font-size="11" fill="{GREY}">',
         _text(LEFT, 14, f"{plot.title} [{plot.unit}]", "start"),
         *_grid(across, up),
         *_curves(plot, across, up),

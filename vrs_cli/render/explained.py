@@ -161,7 +161,7 @@ def _beside(named: Sequence[tuple[str, Transform]], turns: bool) -> blocks.Grid:
 # --- the overview ----------------------------------------------------------------------------------------------------
 
 
-def _overview(reply: results.ExplainOverview, _page: blocks.Page) -> Iterator[blocks.Block]:
+def _overview(reply: replies.ExplainOverview, _page: blocks.Page) -> Iterator[blocks.Block]:
     rows = tuple((f"EXPLAIN {row.form}", row.summary) for row in reply.rows)
     yield blocks.Grid((blocks.Column("", Ink.COMMAND), blocks.Column("", fold=True)), rows)
 
@@ -169,7 +169,7 @@ def _overview(reply: results.ExplainOverview, _page: blocks.Page) -> Iterator[bl
 # --- a motion --------------------------------------------------------------------------------------------------------
 
 
-def _motion(reply: results.MotionReport, page: blocks.Page) -> Iterator[blocks.Block]:
+def _motion(reply: replies.MotionReport, page: blocks.Page) -> Iterator[blocks.Block]:
     plan, units = reply.plan, reply.units
     if plan is None:
         yield from blocks.wrap_lines(f"{reply.text}: {reply.refusal}", Ink.ERROR, page)
@@ -214,7 +214,7 @@ def _motion(reply: results.MotionReport, page: blocks.Page) -> Iterator[blocks.B
 SPACES = {"joint": "joint-interpolated", "straight": "a straight line", "rest": "standing still"}
 
 
-def _how(plan: results.MotionPlan) -> str:
+def _how(plan: replies.MotionPlan) -> str:
     speeds = f"speed {100.0 * plan.speed:g} %, acceleration {100.0 * plan.acceleration:g} %"
     how, cut = f"{SPACES.get(plan.space, plan.space)}, profile {plan.profile}, {speeds}", plan.cut
     if cut is None:
@@ -223,7 +223,7 @@ def _how(plan: results.MotionPlan) -> str:
     return f"{how}; it cuts {cut.number} {cut.text} in {cut.phase}, {since}, the tip at {1e3 * cut.speed:.1f} mm/s"
 
 
-def _loads(loads: Sequence[results.JointLoad], units: JointUnits) -> blocks.Grid:
+def _loads(loads: Sequence[replies.JointLoad], units: JointUnits) -> blocks.Grid:
     """Return a grid with the peaks of each joint: value, fraction of the limit, and time."""
     rates = ("velocity", "acceleration", *(("jerk",) if any(load.jerk is not None for load in loads) else ()))
     columns = [blocks.Column("Joint", Ink.NAME)]
@@ -234,7 +234,7 @@ def _loads(loads: Sequence[results.JointLoad], units: JointUnits) -> blocks.Grid
     for load in loads:
         row, unit = [f"JT{load.joint} {units.unit(load.joint)}"], load.joint
         for name in rates:
-            peak: results.Peak = getattr(load, name)
+            peak: replies.Peak = getattr(load, name)
             when = decimal(peak.time) if peak.share >= NOTHING else ""
             row += [decimal(units.one_shown(unit, peak.value), 1), f"{100.0 * peak.share:.1f} %", when]
         nearest = load.nearest
@@ -247,9 +247,9 @@ def _loads(loads: Sequence[results.JointLoad], units: JointUnits) -> blocks.Grid
     return blocks.Grid(tuple(columns), tuple(rows), keys=1)
 
 
-def _bindings(plan: results.MotionPlan, units: JointUnits) -> Iterator[str]:
+def _bindings(plan: replies.MotionPlan, units: JointUnits) -> Iterator[str]:
     """Describe which limits the motion reaches (binding limits), and where on the path."""
-    found = list[tuple[str, results.Peak]]()
+    found = list[tuple[str, replies.Peak]]()
     for load in plan.loads:
         for name, peak in (("velocity", load.velocity), ("acceleration", load.acceleration), ("jerk", load.jerk)):
             if peak is not None and peak.share >= BINDS:
@@ -273,7 +273,7 @@ def _bindings(plan: results.MotionPlan, units: JointUnits) -> Iterator[str]:
 # --- locations -------------------------------------------------------------------------------------------------------
 
 
-def _chain(reply: results.ChainReport, page: blocks.Page) -> Iterator[blocks.Block]:
+def _chain(reply: replies.ChainReport, page: blocks.Page) -> Iterator[blocks.Block]:
     factors = reply.factors
     if len(factors) > 1:
         yield _product("T", [one.name for one in factors])
@@ -294,7 +294,7 @@ def _product(name: str, names: Sequence[str]) -> blocks.TextLine:
     return formula(f"{name} = {' '.join(names)}", f"{latex(name)} = " + r"\,".join(map(latex_name, names)))
 
 
-def _factors(factors: Sequence[results.Factor]) -> blocks.Grid:
+def _factors(factors: Sequence[replies.Factor]) -> blocks.Grid:
     """Return a grid with each factor, and the product of all factors up to this one."""
     rows = list[tuple[str, ...]]()
     for place, factor in enumerate(factors):
@@ -310,7 +310,7 @@ def _factors(factors: Sequence[results.Factor]) -> blocks.Grid:
     )
 
 
-def _angles(reply: results.AnglesReport, page: blocks.Page) -> Iterator[blocks.Block]:
+def _angles(reply: replies.AnglesReport, page: blocks.Page) -> Iterator[blocks.Block]:
     T, (Rz_O, M, Ry_A, Rz_T) = reply.T, reply.turns
     columns = (blocks.Column("", Ink.NAME), *blocks.number_columns(*blocks.POSE))
     yield blocks.Grid(columns, ((reply.text, *map(decimal, numbers_of(T))),), keys=1)
@@ -346,7 +346,7 @@ def _angles(reply: results.AnglesReport, page: blocks.Page) -> Iterator[blocks.B
 # --- inverse kinematics ----------------------------------------------------------------------------------------------
 
 
-def _inverse(reply: results.InverseReport, page: blocks.Page) -> Iterator[blocks.Block]:
+def _inverse(reply: replies.InverseReport, page: blocks.Page) -> Iterator[blocks.Block]:
     yield _product("T6", ("BASE", reply.text, "TOOL^-1"))
     yield from matrices([("T6", reply.T_robot_flange)], page)
     family = FAMILIES.get(reply.method)
@@ -363,7 +363,7 @@ def _inverse(reply: results.InverseReport, page: blocks.Page) -> Iterator[blocks
         yield from blocks.wrap_lines(f"MOVE: {reply.reason}", Ink.ERROR, page)
 
 
-def _formulas(reply: results.InverseReport, family: Family, page: blocks.Page) -> Iterator[blocks.Block]:
+def _formulas(reply: replies.InverseReport, family: Family, page: blocks.Page) -> Iterator[blocks.Block]:
     known = [(family.symbols[name], value) for name, value in reply.constants.items() if name in family.symbols]
     shown = (f"{one.name} = {decimal(SCALES[one.unit] * value)} {one.unit}".rstrip() for one, value in known)
     yield from blocks.wrap_lines(", ".join(shown), Ink.NOTE, page)
@@ -387,7 +387,7 @@ def _sense(i: int, sign: float, zero: float) -> str:
     return f"JT{i} = {theta}" if sign > 0.0 else f"JT{i} = -({theta})"
 
 
-def _values(stage: Stage, family: Family, solutions: Sequence[results.SolutionSteps]) -> blocks.Grid:
+def _values(stage: Stage, family: Family, solutions: Sequence[replies.SolutionSteps]) -> blocks.Grid:
     """Return a grid with the values of a stage, with one row for all configurations that have equal values."""
     symbols = [family.symbols[name] for name in stage.values]
     rows = dict[tuple[str, ...], list[Configuration]]()
@@ -424,7 +424,7 @@ def _which(ways: Sequence[Configuration], every: Sequence[Configuration]) -> str
 # --- the last change -------------------------------------------------------------------------------------------------
 
 
-def _splice(reply: results.SpliceReport, page: blocks.Page) -> Iterator[blocks.Block]:
+def _splice(reply: replies.SpliceReport, page: blocks.Page) -> Iterator[blocks.Block]:
     what = f"{reply.cause} of {reply.text}" if reply.cause else reply.text
     yield from blocks.wrap_lines(
         f"{what}: issued at {decimal(reply.issued)}, executed at {decimal(reply.executed)}; what was planned after "
@@ -456,10 +456,10 @@ def _times(times: tuple[float, float] | None) -> tuple[str, str]:
 
 
 EXPLANATIONS: Mapping[type, Callable[[Any, blocks.Page], Iterator[blocks.Block]]] = {
-    results.ExplainOverview: _overview,
-    results.MotionReport: _motion,
-    results.ChainReport: _chain,
-    results.AnglesReport: _angles,
-    results.InverseReport: _inverse,
-    results.SpliceReport: _splice,
+    replies.ExplainOverview: _overview,
+    replies.MotionReport: _motion,
+    replies.ChainReport: _chain,
+    replies.AnglesReport: _angles,
+    replies.InverseReport: _inverse,
+    replies.SpliceReport: _splice,
 }

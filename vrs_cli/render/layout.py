@@ -32,10 +32,10 @@ from vrs_cli.render.colours import Ink, scan
 from vrs_cli.values import diagnostics, measured, replies, results
 from vrs_cli.values.numbers import count, decimal, seconds
 
-TONES: Mapping[replies.Tone, Ink] = {
-    replies.Tone.NOTE: Ink.NOTE,
-    replies.Tone.WARNING: Ink.WARNING,
-    replies.Tone.ERROR: Ink.ERROR,
+TONES: Mapping[results.Tone, Ink] = {
+    results.Tone.NOTE: Ink.NOTE,
+    results.Tone.WARNING: Ink.WARNING,
+    results.Tone.ERROR: Ink.ERROR,
 }
 
 PLAIN_WIDTH = 80  # characters per line of wrapped text if the page does not set a width
@@ -69,7 +69,7 @@ def blocks(reply: replies.Reply, page: Page) -> Iterator[Block]:
 # --- messages ------------------------------------------------------------------------------------------------------
 
 
-def _message(reply: replies.Message, _page: Page) -> Iterator[Block]:
+def _message(reply: results.Message, _page: Page) -> Iterator[Block]:
     for text in reply.text.split("\n"):
         yield line(text, TONES[reply.tone])
 
@@ -83,7 +83,7 @@ def _diagnostics(reply: replies.DiagnosticsReport, _page: Page) -> Iterator[Bloc
             yield line(text, ink if text.strip(" ^") == "" else Ink.TEXT)
 
 
-def _program_stopped(reply: replies.ProgramStopped, _page: Page) -> Iterator[Block]:
+def _program_stopped(reply: results.ProgramStopped, _page: Page) -> Iterator[Block]:
     yield line(reply.what, TONES[reply.tone])
     yield line(f"Program stopped at {reply.program}, step {reply.step}", Ink.NOTE)
     if reply.source:
@@ -551,9 +551,9 @@ def _replay(reply: replies.ReplayTable, _page: Page) -> Iterator[Block]:
 
 
 LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
-    replies.Message: _message,
+    results.Message: _message,
     replies.DiagnosticsReport: _diagnostics,
-    replies.ProgramStopped: _program_stopped,
+    results.ProgramStopped: _program_stopped,
     replies.Whereabouts: _whereabouts,
     replies.WhereaboutsTable: _whereabouts_table,
     replies.MeasuredWhereabouts: _measured_whereabouts,

@@ -4,9 +4,13 @@ for clients that draw it themselves."""
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from vrs_cli.render.plain import visible
-from vrs_cli.values.replies import Message, Reply, StyledLine
+from vrs_cli.values.results import Message
+
+if TYPE_CHECKING:
+    from vrs_cli.values.replies import Reply, StyledLine
 
 
 def plain_text(reply: Reply) -> str:
@@ -14,18 +18,16 @@ def plain_text(reply: Reply) -> str:
     # return early, because most runs show only such a message, and loading the layouts takes a while
     if isinstance(reply, Message):
         return "".join(f"{line.rstrip()}\n" for line in reply.text.split("\n"))
-    from vrs_cli.render.blocks import PIPE, text_of
-    from vrs_cli.render.layout import blocks
+    from vrs_cli.render import blocks, layout
 
-    return text_of(blocks(reply, PIPE))
+    return blocks.text_of(layout.blocks(reply, blocks.PIPE))
 
 
 def styled_lines(reply: Reply, columns: int) -> Iterator[StyledLine]:
     """Yield the lines of a reply for a screen of `columns` characters, as pieces (text, name of an `Ink`). Tables that
     grow with time end after `SCREEN_ROWS` rows, as on a terminal."""
-    from vrs_cli.render.blocks import SCREEN_ROWS, Page, block_lines
-    from vrs_cli.render.layout import blocks
+    from vrs_cli.render import blocks, layout
 
-    page = Page(columns, SCREEN_ROWS, colours=True, unicode=True)
-    for line in block_lines(blocks(reply, page), columns):
+    page = blocks.Page(columns, blocks.SCREEN_ROWS, colours=True, unicode=True)
+    for line in blocks.block_lines(layout.blocks(reply, page), columns):
         yield tuple((visible(text), ink.value) for text, ink in line.pieces)

@@ -24,8 +24,8 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.text import ast, parser
 from vrs_cli.render.progress import reading_progress
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.values import diagnostics, numbers, questions
-from vrs_cli.values.replies import Message, Plot, Reply, Tone, report
+from vrs_cli.values import diagnostics, numbers, questions, results
+from vrs_cli.values.replies import Plot, Reply, report
 
 if TYPE_CHECKING:
     from vrs_cli.render.documents import Transcript
@@ -67,7 +67,9 @@ class ShellRobot:
             session.driver.surround(read_cell(cell))
         self.port = local.LocalPort(session, console)
         self.port.typed = self._log_typed
-        self.front_end = FrontEnd(self._terminal, self.port, lambda text: terminal.show(Message(text, Tone.ERROR)))
+        self.front_end = FrontEnd(
+            self._terminal, self.port, lambda text: terminal.show(results.Message(text, results.Tone.ERROR))
+        )
         self.front_end.driven = self.port
         self.front_end.opening, self.front_end.after, self.front_end.closing = self._open, self._keep, self._close
         self._recovery_writer = (
@@ -99,7 +101,7 @@ class ShellRobot:
     def _close(self) -> None:
         for track in [] if self._terminal.attended else self.port.session.tasks.running:
             text = f"task {track.number}, {track.task.program}, ends with the shell at step {track.task.step}"
-            self._terminal.show(Message(text, Tone.WARNING))
+            self._terminal.show(results.Message(text, results.Tone.WARNING))
         self._terminal.log(None)
         if self._recovery_writer is not None:
             self._recovery_writer.forget()
@@ -184,7 +186,7 @@ class LoggedTerminal:
 
     def _tell_failure(self, path: Path, error: OSError) -> None:
         what = f"{path} is not complete: {(error.strerror or str(error)).lower()}"
-        self._terminal.show(Message(what, Tone.ERROR))
+        self._terminal.show(results.Message(what, results.Tone.ERROR))
 
 
 # --- the recovery file ---
@@ -245,10 +247,10 @@ class RecoveryWriter:
             said += [numbers.count(len(one.entries), NOUNS[one.name]) for one in parts if isinstance(one, ast.Section)]
             contents = ", ".join(said) or "nothing"
             if not terminal.ask(questions.Confirmation(f"Recovered from {when}{whose}: {contents}. Load (Y/N)?")):
-                terminal.show(Message(f"Not loaded; LOAD {one.decline()} brings it back"))
+                terminal.show(results.Message(f"Not loaded; LOAD {one.decline()} brings it back"))
                 continue
             terminal.show(report(session.load_text(text), text))
-            terminal.show(Message("Loaded, and not stored yet: STORE file stores all", Tone.WARNING))
+            terminal.show(results.Message("Loaded, and not stored yet: STORE file stores all", results.Tone.WARNING))
             self.keep()
             self._recovery.wait()
             one.remove()
@@ -273,7 +275,7 @@ class Recorder:
         """The robot that the existing file names; None for a new file."""
         return None if self._taken.recording is None else self._taken.recording.model
 
-    def begin(self, session: Session, terminal: Terminal) -> Message:
+    def begin(self, session: Session, terminal: Terminal) -> results.Message:
         """Start to record a session in the file, and return a message about it. `terminal`: shows errors after the
         session has ended. Raises UsageError if the file belongs to another robot, FileError if it cannot be written."""
         engine, recording = session.engine, self._taken.recording
@@ -281,15 +283,15 @@ class Recorder:
         self._journal = journal.keep_journal(self._taken, session.engine, self._tell)
         session.journal = self._journal.path
         if recording is None:
-            return Message(f"{self.path} is begun")
+            return results.Message(f"{self.path} is begun")
         commands = numbers.count(engine.book.history.commands, "command")
         torn = (TORN,) if recording.dropped_tail else ()
         wrong = "".join(f"{what}\n" for what in (*torn, *recording.warnings))
-        return Message(f"{wrong}{self.path} goes on: {commands}, clock at {engine.now:.3f} s")
+        return results.Message(f"{wrong}{self.path} goes on: {commands}, clock at {engine.now:.3f} s")
 
     def _tell(self, text: str) -> None:
         if self._show is not None:
-            self._show(Message(text, Tone.ERROR))
+            self._show(results.Message(text, results.Tone.ERROR))
 
     def close(self) -> bool:
         """Close the file, so that other processes may write it. Return whether all changes are in it."""

@@ -27,7 +27,7 @@ from vrs_cli.repl.interrupt import Ended, stoppable
 from vrs_cli.repl.piped import QUESTION, Driven, lines_of_pipe
 from vrs_cli.values import acts, replies, results
 from vrs_cli.values.questions import Answer, Confirmation, LineWanted, Question, end_of_input
-from vrs_cli.values.replies import Farewell, Message, Reply, Tone, is_error, refusal
+from vrs_cli.values.replies import Farewell, Reply, is_error, refusal
 from vrs_cli.wire import messages
 from vrs_cli.wire.messages import Abort, Asked, At, Done, How, Line, Refused, ServerMessage
 
@@ -390,7 +390,7 @@ class Exchange:
         except (EndOfInput, BrokenPipeError):
             raise
         except VrsError as error:
-            self.terminal.show(Message(str(error), Tone.ERROR))
+            self.terminal.show(results.Message(str(error), results.Tone.ERROR))
         except Exception as error:
             self.terminal.show(internal_error(error))
         return True

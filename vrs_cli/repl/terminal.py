@@ -16,7 +16,7 @@ from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.render import blocks, colours, plain
 from vrs_cli.repl.interrupt import Ended
 from vrs_cli.repl.loop import WANTED, yes_or_no
-from vrs_cli.values import questions, replies
+from vrs_cli.values import questions, replies, results
 
 if TYPE_CHECKING:
     from vrs_cli.render.console import TerminalRenderer
@@ -131,7 +131,7 @@ class ShellTerminal:
     def _parts(self, question: questions.Parting) -> bool:
         """Ask whether to leave. Return True for Y, EXIT, QUIT or Ctrl-D, and False for N, Ctrl-C or an empty line."""
         if question.about:
-            self.show(replies.Message(question.about, replies.Tone.WARNING))
+            self.show(results.Message(question.about, results.Tone.WARNING))
         while True:
             try:
                 answer = self._read(f"{question.text} ").strip().upper()
@@ -217,9 +217,9 @@ class ShellTerminal:
 
 def latest(reply: replies.Reply) -> str:
     """Return a reply in short form for the toolbar: the first line of a message, or where a program stopped."""
-    if isinstance(reply, replies.Message):
+    if isinstance(reply, results.Message):
         return reply.text.split("\n")[0]
-    if isinstance(reply, replies.ProgramStopped):
+    if isinstance(reply, results.ProgramStopped):
         return f"{reply.what} at {reply.program}, step {reply.step}"
     return ""
 

@@ -1,5 +1,5 @@
 """Define base classes of values that leave a process (a tag names the class of a value), and the results of the engine
-and of programs: positions, commands, comparisons, reach, outcomes of runs, and explanations. Units are metres, radians,
+and of programs: positions, commands, comparisons, reach, outcomes of runs, and messages. Units are metres, radians,
 seconds."""
 
 from __future__ import annotations
@@ -11,9 +11,8 @@ from typing import Generic, TypeVar
 from msgspec import Struct
 
 from vrs_cli.errors import Place
-from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
+from vrs_cli.kinematics.joints import Configuration, Joints
 from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.values.world import Contact
 
 T = TypeVar("T", covariant=True)
 
@@ -290,223 +289,37 @@ class RunResult(TaggedValue, frozen=True):
     detail: str = ""
 
 
-# --- results of EXPLAIN (`render/explained.py` lays them out) ---------------------------------------------------------
+# --- messages and files -----------------------------------------------------------------------------------------------
 
 
-class Explainable(Struct, frozen=True):
-    """A form of the EXPLAIN command, such as `SPLICE`, and a summary of its answer."""
+class Tone(Enum):
+    """The tone of a message: NOTE reports what was done; WARNING and ERROR report a mistake."""
 
-    form: str
-    summary: str
-
-
-class ExplainOverview(TaggedValue, frozen=True):
-    """The answer to EXPLAIN without an argument: the forms of EXPLAIN."""
-
-    rows: tuple[Explainable, ...]
+    NOTE = "note"
+    WARNING = "warning"
+    ERROR = "error"
 
 
-# --- a motion --------------------------------------------------------------------------------------------------------
-
-
-class CutIn(Struct, frozen=True):
-    """The motion that a new motion interrupts: its number and text, its phase, the time at which that phase began [s],
-    and the tool-tip speed at the interruption [m/s]."""
-
-    number: int
-    text: str
-    phase: str
-    since: float
-    speed: float
-
-
-class Stretch(Struct, frozen=True):
-    """A phase of a motion, from `start` to `finish` [s]: the maximum speeds of the tool tip [m/s] and of its rotation
-    [rad/s], and the joint that comes nearest to its velocity limit, with the fraction of that limit."""
-
-    start: float
-    finish: float
-    phase: str
-    space: str
-    speed: float
-    turn: float
-    joint: int
-    share: float
-
-
-class Peak(Struct, frozen=True):
-    """The maximum of a quantity in a motion, its limit, the first time at which it occurs [s], and the tool tip in the
-    world at that time [m]."""
-
-    value: float
-    limit: float
-    time: float
-    place: Vector
-
-    @property
-    def share(self) -> float:
-        return self.value / self.limit if self.limit else 0.0
-
-
-class JointLoad(Struct, frozen=True):
-    """The load of one joint (from 1) in a motion: maximum velocity, acceleration and jerk (None: not limited).
-    `nearest`: the joint value that comes nearest to an end of the joint's range, and that end."""
-
-    joint: int
-    velocity: Peak
-    acceleration: Peak
-    jerk: Peak | None
-    nearest: Peak
-
-    @property
-    def room(self) -> float:
-        """Return the minimum distance of the joint from an end of its range [rad, m]."""
-        return abs(self.nearest.limit - self.nearest.value)
-
-
-class MotionPlan(Struct, frozen=True):
-    """The plan of a motion that has not been commanded. `begin`, `end` [s]. `cut`: the motion that it interrupts; None
-    if it begins at rest. `speed`, `acceleration`: fractions of nominal. `length`: the length of the tool tip's path
-    [m]. `tip`: the maximum speed of the tool tip; its limit is the commanded speed of a straight line, otherwise 0.
-    `joints`, `T_world_tool`, `configuration`: the position at the end. `displaced`: the effect on later motions;
-    `contact`: the first contact of the arm; `notes`: messages that the robot would show."""
-
-    begin: float
-    end: float
-    space: str
-    profile: str
-    speed: float
-    acceleration: float
-    cut: CutIn | None
-    stretches: tuple[Stretch, ...]
-    tip: Peak
-    loads: tuple[JointLoad, ...]
-    length: float
-    joints: Joints
-    T_world_tool: Transform
-    configuration: Configuration
-    path: tuple[Vector, ...] = ()
-    displaced: Displacement | None = None
-    contact: Contact | None = None
-    notes: tuple[str, ...] = ()
-
-
-class MotionReport(TaggedValue, frozen=True):
-    """The answer to EXPLAIN for a motion, at the time `now` [s]: its plan, or the refusal, with the location where the
-    motion fails if it is known."""
+class Message(TaggedValue, frozen=True):
+    """A message of one or more lines."""
 
     text: str
-    now: float
-    plan: MotionPlan | None
-    refusal: str = ""
-    units: JointUnits = TURNING
+    tone: Tone = Tone.NOTE
 
 
-# --- locations -------------------------------------------------------------------------------------------------------
+class ProgramStopped(TaggedValue, frozen=True):
+    """The message that a program stopped early. `what`: VAL-II's word or message for the stop; `step` counts from 1.
+    `source`: the text of the step, empty if there is none."""
+
+    what: str
+    program: str
+    step: int
+    source: str = ""
+    tone: Tone = Tone.NOTE
 
 
-class Factor(Struct, frozen=True):
-    """A named transformation T in a chain of transformations: the frames `outer` and `inner` that it connects, and the
-    product of all factors up to it."""
+class FileRow(Struct, frozen=True):
+    """A row of FDIRECTORY: `size` in bytes, None for a folder."""
 
     name: str
-    outer: str
-    inner: str
-    T: Transform
-    product: Transform
-
-
-class ChainReport(TaggedValue, frozen=True):
-    """The answer to EXPLAIN for a location: `factors` from the world to the location. `arm`: the factors from the world
-    to the flange (BASE, the location, TOOL); inverse kinematics solves their product. `joints` [rad]: the joints of a
-    precision point; its factors are the links."""
-
-    text: str
-    factors: tuple[Factor, ...]
-    arm: tuple[Factor, ...] = ()
-    joints: Joints = ()
-    units: JointUnits = TURNING
-
-
-class AnglesReport(TaggedValue, frozen=True):
-    """The answer to EXPLAIN OAT: O, A, T [rad] and the rotations whose product is the orientation: Rz(O), a fixed
-    matrix M, Ry(A), Rz(T). `vertical`: O and T turn about the same axis, so only their sum or difference is
-    determined."""
-
-    text: str
-    T: Transform
-    angles: Vector
-    turns: tuple[Transform, Transform, Transform, Transform]
-    vertical: bool
-
-
-class SolutionSteps(Struct, frozen=True):
-    """One configuration in EXPLAIN IK: the intermediate values by their symbols, and the time [s] that the slowest
-    joint takes from the current position at maximum velocity; None if the configuration cannot be used."""
-
-    option: Option
-    steps: Mapping[str, float] = {}
-    time: float | None = None
-
-
-class InverseReport(TaggedValue, frozen=True):
-    """The answer to EXPLAIN IK. `method`: how the arm's joints are computed; `constants`: its lengths and angles by
-    symbol. `senses`: (sign, offset) of each joint, which convert an angle of the formulas to the robot's joint, joint =
-    sign (theta - offset); empty if they are equal. `chosen`: the configuration that MOVE uses, None if MOVE fails;
-    `reason`: the reason for this choice."""
-
-    text: str
-    method: str
-    T_robot_flange: Transform
-    constants: Mapping[str, float]
-    solutions: tuple[SolutionSteps, ...]
-    chosen: Configuration | None
-    reason: str
-    here: Joints
-    have: Configuration
-    senses: tuple[tuple[float, float], ...] = ()
-    units: JointUnits = TURNING
-
-
-# --- the last change -------------------------------------------------------------------------------------------------
-
-
-class SegmentFate(Enum):
-    """The effect of a timeline change on a segment."""
-
-    KEPT = "kept"
-    CUT = "cut"
-    DROPPED = "dropped"
-    PLANNED = "planned"
-    AGAIN = "planned again"
-    SHIFTED = "shifted"
-    BACK = "given back"
-
-
-class SplicedSegment(Struct, frozen=True):
-    """A segment, with the number and text of its motion, and its start and finish [s] before and after a change; None
-    where the segment does not exist."""
-
-    number: int
-    text: str
-    phase: str
-    space: str
-    before: tuple[float, float] | None
-    after: tuple[float, float] | None
-    fate: SegmentFate
-
-
-class SpliceReport(TaggedValue, frozen=True):
-    """The answer to EXPLAIN SPLICE: the last change by a command, UNDO or REDO (`cause`), with the times of the command
-    [s]. `earlier`: the number of unchanged segments before the rows; `later`: the number of segments after the rows,
-    which are shifted by `shift` [s]."""
-
-    text: str
-    cause: str
-    issued: float
-    executed: float
-    cut: float
-    shift: float
-    rows: tuple[SplicedSegment, ...]
-    earlier: int = 0
-    later: int = 0
+    size: int | None

@@ -23,7 +23,8 @@ from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.values.acts import FollowChunk
 from vrs_cli.values.questions import Answer, Confirmation
-from vrs_cli.values.replies import Message, Reply
+from vrs_cli.values.replies import Reply
+from vrs_cli.values.results import Message
 
 SWING = ".PROGRAM swing\nDO\nDRIVE 1, 5\nDRIVE 1, -5\nUNTIL FALSE\n.END"
 

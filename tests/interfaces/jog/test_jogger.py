@@ -33,7 +33,7 @@ from vrs_cli.values.commands import Break
 from vrs_cli.values.diagnostics import LineRefused
 from vrs_cli.values.hand import Axis, Frame, Look, Press, Seen, StopJog
 from vrs_cli.values.questions import Answer, Jogging, Question
-from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Message
 
 TABLE = "MOVE TRANS(0, 450, -150, 90, 90, 0)"
 FREE = "DO MOVE #PPOINT(0, -45, 180, 20, 45, 0)"

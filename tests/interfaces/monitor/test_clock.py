@@ -19,8 +19,8 @@ from vrs_cli.render.text import plain_text
 from vrs_cli.repl.prompt import toolbar
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.values.commands import SetParameter
-from vrs_cli.values.replies import ClockReport, Message, Whereabouts
-from vrs_cli.values.results import RunOutcome
+from vrs_cli.values.replies import ClockReport, Whereabouts
+from vrs_cli.values.results import Message, RunOutcome
 
 PROGRAMS = Path(__file__).parents[3] / "programs"
 SLOW = "DRIVE 1, 90, 20"  # five seconds and more

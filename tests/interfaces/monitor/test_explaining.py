@@ -24,8 +24,7 @@ from vrs_cli.language.text.ast import ProgramHeader
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.diagnostics import LineRefused
-from vrs_cli.values.replies import Message
-from vrs_cli.values.results import (
+from vrs_cli.values.replies import (
     AnglesReport,
     ChainReport,
     ExplainOverview,
@@ -34,6 +33,7 @@ from vrs_cli.values.results import (
     SegmentFate,
     SpliceReport,
 )
+from vrs_cli.values.results import Message
 
 R = TypeVar("R")
 PLACES = ("POINT table = TRANS(100, 400, -300, 30, -90, 0)", "POINT part = TRANS(150, 60, 200, 40, 80, 10)")

@@ -13,7 +13,7 @@ from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.values import Kind
-from vrs_cli.values import replies
+from vrs_cli.values import replies, results
 
 
 def test_store_and_load_bring_everything_back(folder: Path) -> None:
@@ -60,7 +60,7 @@ def test_load_keeps_programs_and_overwrites_variables(folder: Path) -> None:
 def test_load_says_where_it_has_loaded_nothing(folder: Path) -> None:
     (folder / "now.lc").write_text(".LOCATIONS\nnow 1 0 0 0 1 0\n0 0 -1 430.16 49.70 710.00\n.END\n")
     session = at(RecordingTerminal(), "LOAD now.lc")
-    assert last(session, replies.Message) == replies.Message("nothing of now.lc is loaded", replies.Tone.ERROR)
+    assert last(session, results.Message) == results.Message("nothing of now.lc is loaded", results.Tone.ERROR)
     assert not session.environment.kinds
 
 
@@ -122,7 +122,7 @@ def test_all_of_a_file_is_there_at_once_and_others_have_their_turn_before(tmp_pa
 
 def said(session: Session, line: str) -> str:
     session.perform(line)
-    return last(session, replies.Message).text
+    return last(session, results.Message).text
 
 
 def test_another_folder(folder: Path) -> None:

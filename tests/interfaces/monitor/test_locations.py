@@ -13,8 +13,9 @@ from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedVal
 from vrs_cli.interfaces.monitor.locations import change_numbers
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.language.words.values import Kind, numbers_of
-from vrs_cli.values import replies
-from vrs_cli.values.replies import MeasuredComparisonTable, MeasuredWhereabouts, Message, WhereaboutsTable
+from vrs_cli.values import replies, results
+from vrs_cli.values.replies import MeasuredComparisonTable, MeasuredWhereabouts, WhereaboutsTable
+from vrs_cli.values.results import Message
 
 
 def test_where_is_g() -> None:
@@ -93,8 +94,8 @@ def test_a_wrong_change_is_asked_again(answer: str) -> None:
     person = Person(answer, "1", "")
     session = at(person, PART)
     assert location(session, "part")[0] == 1.0
-    errors = [reply for reply in person.replies if isinstance(reply, replies.Message)]
-    assert [message.tone for message in errors] == [replies.Tone.ERROR]
+    errors = [reply for reply in person.replies if isinstance(reply, results.Message)]
+    assert [message.tone for message in errors] == [results.Tone.ERROR]
 
 
 def test_changed_keeps_what_is_skipped() -> None:

@@ -9,7 +9,7 @@ import pytest
 from tests.interfaces.monitor.people import Person, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import FileExists
-from vrs_cli.values import replies
+from vrs_cli.values import replies, results
 
 
 @pytest.mark.parametrize("line", ["DELETE main", "DELETEP main", "DELETER x", "DELETEL only.here", "ZERO"])
@@ -19,8 +19,8 @@ def test_nothing_goes_without_a_yes(line: str) -> None:
         session.perform(line)
         assert (len(session.environment.programs), len(session.environment.kinds)) == (4, 4)
         assert terminal.asked[0].endswith("Are you sure (Y/N)?")
-        refused = last(session, replies.Message)
-        assert (refused.tone is replies.Tone.ERROR) is not terminal.attended
+        refused = last(session, results.Message)
+        assert (refused.tone is results.Tone.ERROR) is not terminal.attended
 
 
 def test_disable_interactive_asks_nothing() -> None:

@@ -16,8 +16,7 @@ from vrs_cli.kinematics.reach_outline import lines_of, outline
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import position
 from vrs_cli.values.acts import Boundary, BoundaryCurves, Sketch, WhyRefused
-from vrs_cli.values.replies import ArmPicture
-from vrs_cli.values.results import ChainReport
+from vrs_cli.values.replies import ArmPicture, ChainReport
 
 LINES = ("BASE 100, 200, 300", "TOOL TRANS(0,0,150)", "DRIVE 1, 60", "OPENI", "DRIVE 2, 20 AT 5", "DRIVE 3, -20 AT 5.2")
 

@@ -14,7 +14,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.instructions import PROGRAM_WORDS, RESERVED
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import Kind
-from vrs_cli.values import replies
+from vrs_cli.values import replies, results
 from vrs_cli.values.diagnostics import LineRefused
 
 
@@ -145,7 +145,7 @@ def test_a_full_word_comes_before_a_name(word: str) -> None:
 
 def test_a_comparison_says_what_would_assign() -> None:
     note, table = shown(at(RecordingTerminal(), "a = 5"), "a == 4")
-    assert note == replies.Message("== compares; a = 4 assigns")
+    assert note == results.Message("== compares; a = 4 assigns")
     assert table == replies.RealTable((("a == 4", 0.0),), truths=True)
 
 

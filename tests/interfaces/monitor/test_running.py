@@ -11,7 +11,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.interfaces.dialogue import Running
 from vrs_cli.interfaces.monitor.programs import emergency_stop
 from vrs_cli.language.words.values import Kind
-from vrs_cli.values import replies
+from vrs_cli.values import replies, results
 
 
 def test_execute_alone_runs_the_first_program_of_a_file(folder: Path) -> None:
@@ -23,16 +23,16 @@ def test_execute_alone_runs_the_first_program_of_a_file(folder: Path) -> None:
 def test_execute_tells_how_it_went() -> None:
     session = loaded(Person())
     session.perform("EXECUTE other")
-    assert last(session, replies.Message).text == "Program completed"
+    assert last(session, results.Message).text == "Program completed"
     session.load_text(".PROGRAM p\nPAUSE\nq = nothing\nHALT\n.END\n")
     endings = []
     for line in ("EXECUTE p", "PROCEED", "PROCEED"):
         session.perform(line)
-        stopped = last(session, replies.ProgramStopped)
+        stopped = last(session, results.ProgramStopped)
         endings.append(
             (stopped.what.split("*")[1] if "*" in stopped.what else stopped.what, stopped.step, stopped.tone)
         )
-    note, error = replies.Tone.NOTE, replies.Tone.ERROR
+    note, error = results.Tone.NOTE, results.Tone.ERROR
     assert endings == [("(PAUSED)", 1, note), ("Undefined value", 2, error), ("(HALTED)", 3, note)]
 
 
@@ -42,7 +42,7 @@ def test_retry_does_the_failed_step_again() -> None:
     session.perform("EXECUTE p")
     session.perform("nothing = 4")
     session.perform("RETRY")
-    assert last(session, replies.Message).text == "Program completed"
+    assert last(session, results.Message).text == "Program completed"
     assert dict(session.environment.variables(Kind.REAL))["q"] == 4.0
 
 
@@ -66,7 +66,7 @@ def test_the_emergency_stop_tells_of_the_motion_and_of_each_task() -> None:
     session = at(RecordingTerminal(), "DRIVE 1, 60 AT 5")
     session.load_text(".PROGRAM wait\nWAIT SIG(1001)\n.END\n")
     session.converse(emergency_stop(session))
-    assert last(session, replies.Message).text == "The motion is stopped"
+    assert last(session, results.Message).text == "The motion is stopped"
     for task in (3, 5):
         session.perform(f"EXECUTE {task} wait")
     before = len(session.terminal.replies)  # type: ignore[attr-defined]
@@ -84,4 +84,4 @@ def test_abort_stops_motion_that_is_scheduled() -> None:
     assert dropped.text == "DRIVE 1, 60 AT 5"
     assert session.engine.position(100.0).joints[0] == pytest.approx(0.0)
     session.perform("ABORT")
-    assert last(session, replies.Message).text == "Nothing is running"
+    assert last(session, results.Message).text == "Nothing is running"

@@ -13,14 +13,14 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, UsageError
 from vrs_cli.interfaces.monitor.timeline import SAMPLES, plot_curves, select_curves, split_file
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.values import replies
+from vrs_cli.values import replies, results
 from vrs_cli.values.commands import JointOffsetTarget, Move, NamedTarget
 from vrs_cli.values.replies import Plot
 
 
 def test_undo_takes_the_clock_back() -> None:
     session = at(RecordingTerminal(), "DRIVE 1, 60", "UNDO")
-    assert last(session, replies.Message).text == "DRIVE 1, 60 is undone; the clock is at 0.000 s"
+    assert last(session, results.Message).text == "DRIVE 1, 60 is undone; the clock is at 0.000 s"
     assert session.engine.now == 0.0
     with pytest.raises(UsageError, match="no motion to undo"):
         session.perform("UNDO")

@@ -16,7 +16,8 @@ from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import BESIDE, COMMANDS
 from vrs_cli.values.questions import LineWanted
-from vrs_cli.values.replies import Farewell, Message, ProgramStopped
+from vrs_cli.values.replies import Farewell
+from vrs_cli.values.results import Message, ProgramStopped
 
 
 @pytest.fixture

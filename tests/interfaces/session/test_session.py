@@ -21,8 +21,7 @@ from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values.diagnostics import LineRefused, Severity
-from vrs_cli.values.replies import Message
-from vrs_cli.values.results import RunOutcome
+from vrs_cli.values.results import Message, RunOutcome
 
 PLACES = """
 .LOCATIONS

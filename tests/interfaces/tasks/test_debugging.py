@@ -8,7 +8,8 @@ from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.values.replies import Message, ProgramStopped, RealTable
+from vrs_cli.values.replies import RealTable
+from vrs_cli.values.results import Message, ProgramStopped
 
 
 def test_steps_into_and_over_a_call(session: Session) -> None:

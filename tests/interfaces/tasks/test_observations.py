@@ -19,8 +19,8 @@ from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.language.run.memory import TICK
 from vrs_cli.values.commands import Event
-from vrs_cli.values.replies import Message, NoLongerTrue, TimelineTable
-from vrs_cli.values.results import RunOutcome, RunResult, Untrue
+from vrs_cli.values.replies import NoLongerTrue, TimelineTable
+from vrs_cli.values.results import Message, RunOutcome, RunResult, Untrue
 
 
 def observed(session: Session) -> list[tuple[float, int, float, bool]]:

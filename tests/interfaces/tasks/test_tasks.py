@@ -10,8 +10,8 @@ from vrs_cli.errors import FileError, ProgramInterlocked, TaskActive, TaskNotAct
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.run.effects import TaskState
-from vrs_cli.values.replies import ProgramStopped, Reply
-from vrs_cli.values.results import RunOutcome
+from vrs_cli.values.replies import Reply
+from vrs_cli.values.results import ProgramStopped, RunOutcome
 
 
 def test_a_program_on_the_stack_is_left_alone_until_kill(session: Session) -> None:

@@ -26,7 +26,7 @@ from vrs_cli.errors import (
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import Limits
-from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Message
 
 OPEN = ('ATTACH (lun, 4) "TCP"', 'FOPEN (lun, 16) "/LOCAL_PORT 7 /CLIENTS 2"')
 SERIAL = ('ATTACH (lun, 4) "SERIAL:1"',)

@@ -12,7 +12,7 @@ from vrs_cli.errors import RequestRefused
 from vrs_cli.net.messages import Alarm, BodyOrder, BodyReleased, BodyStatus, Clock, Embodied
 from vrs_cli.values.measured import BodyMode, BodySeen, DivergenceAlarm, DivergenceCause
 from vrs_cli.values.questions import Confirmation
-from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Message
 from vrs_cli.wire.messages import Asked, Done, Numbered, Refusal, Refused, Told, Withdrawn
 
 REFUSED = Refusal.of(RequestRefused("there is no room", "wait"))

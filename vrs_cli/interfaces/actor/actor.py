@@ -36,10 +36,11 @@ from vrs_cli.interfaces.dialogue import (
     quietly,
 )
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE
-from vrs_cli.values import questions, replies
+from vrs_cli.values import questions, results
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.tasks.driver import Driver
+    from vrs_cli.values.replies import Reply
 
 MAX_WAITING_REQUESTS = 10_000  # refuse new requests while this many requests wait
 GROUP_COMMIT_S = 0.02  # [s] delay answers by this time at most, so that several changes are written to disk together
@@ -224,7 +225,7 @@ class Actor:
         return ticket.result()
 
     @staticmethod
-    def put(said: replies.Reply | questions.Question | Running, ticket: Ticket[Any], terminal: Terminal) -> None:
+    def put(said: Reply | questions.Question | Running, ticket: Ticket[Any], terminal: Terminal) -> None:
         """Show a reply or ask a question at the terminal. An error of the terminal is raised inside the dialogue of the
         request, which may handle it and continue."""
         try:
@@ -398,7 +399,7 @@ class Actor:
             try:
                 journal.settle()
             except FileError as error:
-                lost = replies.Message(f"{error}; what was done last is not on the disk", replies.Tone.ERROR)
+                lost = results.Message(f"{error}; what was done last is not on the disk", results.Tone.ERROR)
                 tickets = dict.fromkeys(ticket for ticket, _ in self._answers if ticket is not None)
                 self._answers = [*((ticket, partial(ticket.say, lost)) for ticket in tickets), *self._answers]
         answers, self._answers, self._since = self._answers, [], inf

@@ -111,7 +111,7 @@ class Conversation:
             return replies.refusal(error, line)
         if isinstance(error, KeyboardInterrupt):
             self.user_state.interrupted = True
-            return replies.Message("interrupted", replies.Tone.ERROR)
+            return results.Message("interrupted", results.Tone.ERROR)
         return internal_error(error, afar=self.session.folder.closed and not self.session.folder.disclosed)
 
     def _line(self, line: str, *, goes_on: bool, alone: bool) -> Dialogue[None]:
@@ -171,7 +171,7 @@ class Conversation:
         refused, self._refused = self._refused, ""
         left_out, self._left_out = self._left_out, 0
         if left_out:
-            yield replies.Message(f"Not in it, for their mistakes: {numbers.count(left_out, 'line')}")
+            yield results.Message(f"Not in it, for their mistakes: {numbers.count(left_out, 'line')}")
         if not refused:
             try:
                 self.session.check_may(A_PROGRAM, word.Role.SUPERVISOR)
@@ -198,7 +198,7 @@ class Conversation:
                 self.session.last_program = stored.name
             steps, replaced = numbers.count(len(stored.program.steps), "step"), " (replaced)" if key in before else ""
             ready = "" if stored.analysis.executable else "; it cannot be executed yet"
-            yield replies.Message(f"Program {stored.name}: {steps}{replaced}{ready}")
+            yield results.Message(f"Program {stored.name}: {steps}{replaced}{ready}")
 
     def leave_entry(self, why: str = "") -> Dialogue[None]:
         """Drop the program that is being typed or edited, because of Ctrl-C or the end of the input, and tell the user.
@@ -218,7 +218,7 @@ class Conversation:
             return
         self.entry = self.user_state.editor = None
         self._left_out = 0
-        yield replies.Message(f"{why}{name} is not stored ({how})", replies.Tone.ERROR if why else replies.Tone.NOTE)
+        yield results.Message(f"{why}{name} is not stored ({how})", results.Tone.ERROR if why else results.Tone.NOTE)
 
     @property
     def _has_text(self) -> bool:
@@ -239,11 +239,11 @@ class Conversation:
                 # the end of the program is reported later, when the arm has stopped
                 track = self.session.tasks.get(ROBOT_PROGRAM)
                 if track is None or not track.running:
-                    yield replies.Message("Nothing to stop: EXIT leaves")
+                    yield results.Message("Nothing to stop: EXIT leaves")
                 elif track.driven_by in (None, self.user_state):
                     self.session.driver.abort(ROBOT_PROGRAM)
                 else:
-                    yield replies.Message(f"{track.task.program} was started by somebody else: ABORT stops it")
+                    yield results.Message(f"{track.task.program} was started by somebody else: ABORT stops it")
             case acts.ReadDraft() | acts.KeepDraft():
                 draft = self.user_state.on_screen
                 return (

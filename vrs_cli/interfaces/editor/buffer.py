@@ -18,7 +18,7 @@ from vrs_cli.language.analysis import analyzer, names
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text import ast, parser, printer
 from vrs_cli.language.words.values import Kind, key_of
-from vrs_cli.values import diagnostics, numbers, replies
+from vrs_cli.values import diagnostics, numbers, replies, results
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
@@ -313,9 +313,9 @@ def store(station: Station, program: ast.Program) -> Dialogue[tuple[replies.Repl
     if first is not None:
         report = (replies.DiagnosticsReport((replies.Diagnosed(first, source.split("\n")[first.span.line - 1]),)),)
     elif bad := [number for number, step in enumerate(whole.steps, 1) if isinstance(step.statement, ast.BadLine)]:
-        report = (replies.Message(str(ProgramNotExecutable(f"step {bad[0]} cannot be read", "retype it"))),)
+        report = (results.Message(str(ProgramNotExecutable(f"step {bad[0]} cannot be read", "retype it"))),)
     ready = "" if station.environment.program(whole.name).analysis.executable else "; it cannot be executed yet"
-    return (*report, replies.Message(f"Program {whole.name}: {numbers.count(len(whole.steps), 'step')}{ready}"))
+    return (*report, results.Message(f"Program {whole.name}: {numbers.count(len(whole.steps), 'step')}{ready}"))
 
 
 def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogue[ProgramBuffer]:

@@ -26,8 +26,8 @@ from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text import ast, parser, printer
 from vrs_cli.language.words.values import key_of
-from vrs_cli.values import acts, diagnostics, numbers
-from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, Message, ProgramPart, Reply
+from vrs_cli.values import acts, diagnostics, numbers, results
+from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, ProgramPart, Reply
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
@@ -70,7 +70,7 @@ def _delete(it: _Context) -> Replies:
     gone = it.buffer.delete(it.number("D n, n steps"))
     if not gone:
         raise IllegalValue("D", "there is no step here to delete")
-    return (Message(f"{numbers.count(gone, 'step')} deleted"),)
+    return (results.Message(f"{numbers.count(gone, 'step')} deleted"),)
 
 
 def _find(it: _Context) -> None:
@@ -320,4 +320,6 @@ def _keep_text(
         raise diagnostics.LineRefused(findings[0])
     said = yield from store(station, program)
     station.user_state.last_edited = program.name
-    return acts.Kept(program.name, next((one.text for one in reversed(said) if isinstance(one, Message)), "")), said
+    return acts.Kept(
+        program.name, next((one.text for one in reversed(said) if isinstance(one, results.Message)), "")
+    ), said

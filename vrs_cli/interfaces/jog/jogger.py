@@ -22,7 +22,7 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics import joints, transform
 from vrs_cli.language.text.ast import Instruction, Variable
 from vrs_cli.language.words.values import plain
-from vrs_cli.values import commands, hand, questions, replies
+from vrs_cli.values import commands, hand, questions, results
 
 # [s] the next step of a held key may begin this long before the current step ends, so that the arm does not stop
 NEXT_STEP_LEAD_S = 0.3
@@ -64,7 +64,7 @@ def jog(station: Station, it: Instruction) -> dialogue.Dialogue[None]:
     if it.arguments:
         axis, amount = _read_operands(station, it)
         if said := Jogger(station).step(axis, amount):
-            yield replies.Message(said, replies.Tone.WARNING)
+            yield results.Message(said, results.Tone.WARNING)
         return
     jogger, user_state = Jogger(station), station.user_state
     user_state.streams.pop(users.StreamKind.KEYS, None)

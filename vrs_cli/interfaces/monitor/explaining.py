@@ -149,14 +149,14 @@ def _region(region: cells.Beam | cells.Zone | cells.Proximity) -> tuple[transfor
 
 MOTIONS = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST", "APPRO", "APPROS"})
 
-Drawable = replies.ReachReport | results.MotionReport | results.ChainReport
+Drawable = replies.ReachReport | replies.MotionReport | replies.ChainReport
 
 
 def sketch(report: Drawable) -> acts.Sketch | None:
     """Return the picture of a report as lines, balls and frames; None if there is nothing to draw."""
     if isinstance(report, replies.ReachReport):
         return _sketch_of_reach(report)
-    if isinstance(report, results.MotionReport):
+    if isinstance(report, replies.MotionReport):
         if (plan := report.plan) is None or not plan.path:
             return None
         balls = [acts.SketchBall("end", plan.path[-1], "good")]
@@ -235,8 +235,8 @@ def explain(station: Station, it: ast.ExplainCommand) -> Dialogue[None]:
     if it.topic == "SPLICE":
         yield explaining.splice(station.engine.book)
     elif asked is None:
-        yield results.ExplainOverview(
-            tuple(results.Explainable(row.form, row.summary) for row in monitor.EXPLAINED_ALL)
+        yield replies.ExplainOverview(
+            tuple(replies.Explainable(row.form, row.summary) for row in monitor.EXPLAINED_ALL)
         )
     elif not isinstance(asked, ast.Show):
         yield (yield from _motion(station, asked))
@@ -244,7 +244,7 @@ def explain(station: Station, it: ast.ExplainCommand) -> Dialogue[None]:
         T = _pose(station, asked.expression, "OAT")
         angles, vertical = transform.to_oat(T), T.ax * T.ax + T.ay * T.ay < transform.POLE * transform.POLE
         text = printer.expression_text(asked.expression)
-        yield results.AnglesReport(text, T, angles, transform.oat_turns(*angles), vertical=vertical)
+        yield replies.AnglesReport(text, T, angles, transform.oat_turns(*angles), vertical=vertical)
     elif it.topic == "IK":
         goal, text = (
             commands.PoseTarget(_pose(station, asked.expression, "IK")),
@@ -259,14 +259,14 @@ def explain(station: Station, it: ast.ExplainCommand) -> Dialogue[None]:
 # --- a motion --------------------------------------------------------------------------------------------------------
 
 
-def _motion(station: Station, statement: ast.Statement) -> Dialogue[results.MotionReport | replies.Message]:
+def _motion(station: Station, statement: ast.Statement) -> Dialogue[replies.MotionReport | results.Message]:
     engine, text = station.engine, printer.statement_text(statement)
     aside, before = engine.aside(), engine.timeline
     requests = tuple(_requests(station, aside, statement))
     notes = list[str]()
     aside.postponed.append(lambda one: notes.append(one.sentence))
 
-    def plan_motion() -> results.MotionPlan | None:
+    def plan_motion() -> replies.MotionPlan | None:
         for request in requests:
             aside.begin(by_robot_clock(request, station.user_state.times), program=False)
         deltas = aside.book.deltas
@@ -275,17 +275,17 @@ def _motion(station: Station, statement: ast.Statement) -> Dialogue[results.Moti
     try:
         plan = yield from beside(plan_motion)
         if plan is None:
-            return replies.Message(f"{text} moves nothing")
+            return results.Message(f"{text} moves nothing")
         delta = aside.book.deltas[-1]
         if engine.settings.switch("COLLISION"):
             station.contacts.check(before, delta, engine.settings)
         contact, later = station.contacts.of_change(before, delta, engine.settings)
     except VrsError as error:
-        return results.MotionReport(text, engine.now, None, str(error), station.units)
+        return replies.MotionReport(text, engine.now, None, str(error), station.units)
     if contact is not None:
         notes.append(f"{contact.describe()}{later}")
     plan = replace(plan, displaced=book.displacement(aside.book, before), contact=contact, notes=tuple(notes))
-    return results.MotionReport(text, engine.now, plan, units=station.units)
+    return replies.MotionReport(text, engine.now, plan, units=station.units)
 
 
 def _requests(station: Station, aside: Engine, statement: ast.Statement) -> Iterator[commands.Request]:
@@ -320,7 +320,7 @@ def _pose(station: Station, expression: ast.Expression, topic: str) -> transform
     raise TypeMismatch(f"{text} is a {kind}", f"EXPLAIN {topic} explains a transformation, as TRANS or a compound")
 
 
-def _chain(station: Station, expression: ast.Expression) -> results.ChainReport:
+def _chain(station: Station, expression: ast.Expression) -> replies.ChainReport:
     engine, text = station.engine, printer.expression_text(expression)
     found, frames = evaluator(station, expression)(), engine.frames
     if not isinstance(found, tuple):
@@ -329,14 +329,14 @@ def _chain(station: Station, expression: ast.Expression) -> results.ChainReport:
         )
     if not isinstance(found, transform.Transform):
         targets.check_joint_count(engine.model, found)
-        return results.ChainReport(text, _links(engine, found), (), found, station.units)
+        return replies.ChainReport(text, _links(engine, found), (), found, station.units)
     named = (
         (printer.expression_text(part), cast(transform.Transform, evaluator(station, part)()))
         for part in _factors(expression)
     )
     factors = _multiply("world", [(name, name, T) for name, T in named])
     goal = ("BASE", "world", frames.base), (text, "tool", found), ("TOOL^-1", "flange", transform.inverse(frames.tool))
-    return results.ChainReport(text, factors, _multiply("robot", goal), units=station.units)
+    return replies.ChainReport(text, factors, _multiply("robot", goal), units=station.units)
 
 
 def _factors(expression: ast.Expression) -> Iterator[ast.Expression]:
@@ -348,18 +348,18 @@ def _factors(expression: ast.Expression) -> Iterator[ast.Expression]:
         yield expression
 
 
-def _multiply(outer: str, parts: Sequence[tuple[str, str, transform.Transform]]) -> tuple[results.Factor, ...]:
+def _multiply(outer: str, parts: Sequence[tuple[str, str, transform.Transform]]) -> tuple[replies.Factor, ...]:
     """Return the factors of a product of transformations, each with the product up to it. `outer`: the frame on the
     left; each of `parts` is a name, an inner frame, and the transformation to it from the previous frame."""
     frames = (outer, *(inner for _, inner, _ in parts))
     products = accumulate((T for _, _, T in parts), transform.compose)
     return tuple(
-        results.Factor(name, frame, inner, T, product)
+        replies.Factor(name, frame, inner, T, product)
         for frame, (name, inner, T), product in zip(frames, parts, products, strict=False)
     )
 
 
-def _links(engine: Engine, q: Joints) -> tuple[results.Factor, ...]:
+def _links(engine: Engine, q: Joints) -> tuple[replies.Factor, ...]:
     """Return the transformations from the world to the tool at the joints q: BASE, the links of the arm, and TOOL."""
     frames, model, count = engine.frames, engine.model, len(q)
     links = [(f"A{i}", f"frame {i}" if i < count else "flange", link_pose(model, i, x)) for i, x in enumerate(q, 1)]

@@ -21,7 +21,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.ast import Instruction, Program, Section
-from vrs_cli.values import numbers, questions, replies
+from vrs_cli.values import numbers, questions, replies, results
 
 TORN = "its last line was not written to the end, and was left out"
 
@@ -73,13 +73,13 @@ def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
         station.layout = station.layout.with_part(stored.program.key, layout.parts.get(stored.program.key, ()))
         if replaced is None:
             refusal = ProgramExists(stored.name, "DELETEP deletes it, DISABLE INTERACTIVE lets it be replaced")
-            yield replies.Message(str(refusal), replies.Tone.ERROR)
+            yield results.Message(str(refusal), results.Tone.ERROR)
     new = [stored for stored in loaded if stored not in old]
     station.unstored.programs_stored(stored.program for stored in new)
     if station.last_program is None and new:
         station.last_program = new[0].name
     if ready.diagnostics and not loaded and not values:
-        yield replies.Message(f"nothing of {path} is loaded", replies.Tone.ERROR)
+        yield results.Message(f"nothing of {path} is loaded", results.Tone.ERROR)
         return
     marks = {
         one.name: ["replaced"] * (one.program.key in before) + ["not executable"] * (not one.analysis.executable)
@@ -87,7 +87,7 @@ def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
     }
     names = [f"{name} ({', '.join(marked)})" if marked else name for name, marked in marks.items()]
     stay = f"; {', '.join(one.name for one in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
-    yield replies.Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
+    yield results.Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
 
 
 def _values_to_keep(station: Station, values: Mapping[Item, numbers.Value]) -> Dialogue[dict[Item, numbers.Value]]:
@@ -119,14 +119,14 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
     branches.add(name, left)
     branches.change_over(name)
     if recording.dropped_tail:
-        yield replies.Message(TORN, replies.Tone.WARNING)
-    yield from (replies.Message(warning, replies.Tone.WARNING) for warning in recording.warnings)
+        yield results.Message(TORN, results.Tone.WARNING)
+    yield from (results.Message(warning, results.Tone.WARNING) for warning in recording.warnings)
     if recording.measured:
-        yield replies.Message(
+        yield results.Message(
             f"{path} has {numbers.count(len(recording.measured), 'measured report')}, which stay in the file"
         )
     commands = numbers.count(station.engine.book.history.commands, "command")
-    yield replies.Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
+    yield results.Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
 
 
 def _read_recording(station: Station, path: Path) -> Dialogue[trajectory_file.Recording]:
@@ -158,13 +158,13 @@ def _store(station: Station, it: Instruction, extension: str, parts: Collection[
 
     text, chosen, values = yield from beside(write)
     if not text.strip():
-        yield replies.Message("There is nothing to store", replies.Tone.WARNING)
+        yield results.Message("There is nothing to store", results.Tone.WARNING)
         return
     yield from operands.may_write(station, path)
     atomic.write_atomically(path, text, station.folder)
     station.unstored.programs_stored(part for part in chosen if isinstance(part, Program))
     station.unstored.values_stored(values)
-    yield replies.Message(f"{path} stored")
+    yield results.Message(f"{path} stored")
 
 
 def _with_extension(path: Path, extension: str) -> Path:
@@ -180,7 +180,7 @@ def _save(station: Station, it: Instruction) -> Dialogue[None]:
     model, initial, deltas = engine.model, engine.book.initial, engine.book.deltas.copy()
     measured = engine.measured.view
     yield from beside(lambda: trajectory_file.write_trajectory(path, model, initial, deltas, station.folder, measured))
-    yield replies.Message(f"{path} saved: {numbers.count(engine.book.history.commands, 'command')}, {engine.end:.3f} s")
+    yield results.Message(f"{path} saved: {numbers.count(engine.book.history.commands, 'command')}, {engine.end:.3f} s")
 
 
 @operands.handles("REPLAY")
@@ -189,16 +189,16 @@ def _replay(station: Station, it: Instruction) -> Dialogue[None]:
     path = operands.path_of(station, it)
     path = path if path.exists() else _with_extension(path, trajectory_file.EXTENSION)
     recording = yield from _read_recording(station, path)
-    yield from (replies.Message(warning, replies.Tone.WARNING) for warning in recording.warnings)
+    yield from (results.Message(warning, results.Tone.WARNING) for warning in recording.warnings)
     timeline, title = recording.timeline, recording.model.title
     changes, segments = numbers.count(len(recording.deltas), "change"), numbers.count(len(timeline), "segment")
-    yield replies.Message(
+    yield results.Message(
         f"{path}: {title}, {changes}, {segments}, {numbers.seconds(timeline.start)} to {numbers.seconds(timeline.end)}"
     )
     named = os.path.relpath(path, station.folder.root)
     shown = station.user_state.attended and (yield from station.user_state.show(recording, questions.Playing(named)))
     if recording.dropped_tail and not shown:
-        yield replies.Message(TORN, replies.Tone.WARNING)
+        yield results.Message(TORN, results.Tone.WARNING)
     arm, holder = recording.arm, [recording]
     del recording, timeline  # the other thread then has the only reference, and frees the memory of the trajectory
     rows = yield from beside(lambda: _replay_rows(arm, holder.pop()))
@@ -271,7 +271,7 @@ def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
     it."""
     root, home = station.folder.root, station.home
     hidden = home.closed and not home.disclosed
-    yield replies.Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
+    yield results.Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
 
 
 @operands.handles("LOG")
@@ -285,11 +285,11 @@ def _log(station: Station, it: Instruction) -> Dialogue[None]:
     if path is not None:
         yield from operands.may_write(station, path)
         log(path)
-        yield replies.Message(f"{path} takes down what is typed and answered; LOG alone ends it")
+        yield results.Message(f"{path} takes down what is typed and answered; LOG alone ends it")
     elif (done := log(None)) is None:
         raise UsageError("no LOG is written", "LOG session.txt begins one; LOG session.html keeps colours")
     else:
-        yield replies.Message(f"{done} is complete")
+        yield results.Message(f"{done} is complete")
 
 
 @operands.handles("FDELETE")
@@ -297,7 +297,7 @@ def _delete_file(station: Station, it: Instruction) -> Dialogue[None]:
     path = disk.check_file(operands.path_of(station, it))
     if (yield from operands.may_delete(station, f"The file {path} will be deleted.")):
         disk.delete(path, station.folder)
-        yield replies.Message(f"{path} deleted")
+        yield results.Message(f"{path} deleted")
 
 
 @operands.handles("FCOPY", act=disk.copy, done="copied to")
@@ -310,4 +310,4 @@ def _copy_or_rename(
     new = disk.target(old, operands.path_of(station, it))
     yield from operands.may_write(station, new)
     act(old, new, station.folder)
-    yield replies.Message(f"{old} {done} {new}")
+    yield results.Message(f"{old} {done} {new}")

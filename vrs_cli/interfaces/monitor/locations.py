@@ -20,7 +20,7 @@ from vrs_cli.kinematics import joints, transform
 from vrs_cli.language.run import runtime, variables
 from vrs_cli.language.text import ast, printer
 from vrs_cli.language.words import functions, values
-from vrs_cli.values import commands, questions, replies
+from vrs_cli.values import commands, questions, replies, results
 from vrs_cli.values.numbers import Value, count
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def _define(station: Station, it: ast.Instruction) -> Dialogue[None]:
         yield _one_location(station, reference.name, value)
         answer = yield questions.Amendment("Change?")
         if not isinstance(answer, str):
-            yield replies.Message(f"{reference.name} is left as it was")
+            yield results.Message(f"{reference.name} is left as it was")
             return
         answer = answer.partition(";")[0].strip()
         if not answer:
@@ -129,7 +129,7 @@ def _define(station: Station, it: ast.Instruction) -> Dialogue[None]:
         try:
             value = change_numbers(value, answer, station.units)
         except VrsError as error:
-            yield replies.Message(str(error), replies.Tone.ERROR)
+            yield results.Message(str(error), results.Tone.ERROR)
 
 
 def change_numbers(
@@ -195,7 +195,7 @@ def where_measured(station: Station, it: ast.Instruction) -> Dialogue[None]:
     if not operands.has_times(it):
         t = operands.moment(station, it) if it.modifiers.has_time else measured.end
         if (at := comparison.measured_position(arm, timeline, measured, t)) is None:
-            yield replies.Message(comparison.why_unknown(measured, t))
+            yield results.Message(comparison.why_unknown(measured, t))
         else:
             yield replies.MeasuredWhereabouts(at, t == measured.end, units)
         return
@@ -205,7 +205,7 @@ def where_measured(station: Station, it: ast.Instruction) -> Dialogue[None]:
     rows = yield from beside(lambda: tuple(at.measured for at in found if at is not None))
     yield replies.WhereaboutsTable(rows, units)
     if len(rows) < len(instants):
-        yield replies.Message(f"The measured robot is unknown at {count(len(instants) - len(rows), 'other time')}")
+        yield results.Message(f"The measured robot is unknown at {count(len(instants) - len(rows), 'other time')}")
 
 
 # --- parts -----------------------------------------------------------------------------------------------------------
@@ -231,7 +231,7 @@ def _part_row(course: WorldCourse, name: str, t: float) -> replies.PartRow:
 @operands.handles("PARTS")
 def _list_parts(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
     table = part_table(station, operands.moment(station, it) if it.modifiers.has_time else None)
-    yield table if table.rows else replies.Message(f"There are no parts; {BRINGS_PARTS}")
+    yield table if table.rows else results.Message(f"There are no parts; {BRINGS_PARTS}")
     if table.rows:
         station.contacts.tell_missing()
 
@@ -304,7 +304,7 @@ def show_value(station: Station, expression: ast.Expression) -> Dialogue[None]:
     """Show the value of an expression that was typed alone at the prompt, as LISTR, LISTL or LISTS would."""
     if isinstance(expression, ast.Binary) and expression.operator == "==" and isinstance(expression.left, ast.Variable):
         left, right = printer.expression_text(expression.left), printer.expression_text(expression.right)
-        yield replies.Message(f"== compares; {left} = {right} assigns")
+        yield results.Message(f"== compares; {left} = {right} assigns")
     rows = yield from _values(station, expression)
     truth = (
         isinstance(expression, ast.Binary | ast.Unary)

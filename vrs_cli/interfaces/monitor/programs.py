@@ -243,7 +243,7 @@ def _go_on(station: Station, it: ast.Instruction, number: int | None = None, ret
 @operands.handles("PCEND", number=effects.PROCESS_CONTROL)
 def _end_cycles(station: Station, it: ast.Instruction, number: int | None = None) -> Iterable[replies.Reply]:
     track = station.tasks.end_cycles(_task_number(station, it) if number is None else number)
-    yield replies.Message(f"{track.task.program} ends after its present cycle")
+    yield results.Message(f"{track.task.program} ends after its present cycle")
 
 
 operands.handles("KILL")(lambda station, it: station.tasks.kill(_task_number(station, it)))
@@ -260,12 +260,12 @@ def run(station: Station, track: Track) -> Dialogue[None]:
 
 def ending_reply(station: Station, result: results.RunResult) -> replies.Reply:
     if (fault := result.fault) is not None:
-        return replies.ProgramStopped(fault.message, fault.program, fault.step, fault.source, replies.Tone.ERROR)
+        return results.ProgramStopped(fault.message, fault.program, fault.step, fault.source, results.Tone.ERROR)
     task = station.task
     if result.outcome is results.RunOutcome.COMPLETED or task is None:
-        return replies.Message(result.outcome.value)
+        return results.Message(result.outcome.value)
     before = result.outcome in (results.RunOutcome.STEPPED, results.RunOutcome.BREAKPOINT, results.RunOutcome.WATCHED)
-    return replies.ProgramStopped(
+    return results.ProgramStopped(
         f"{result.outcome.value} {result.detail}".strip(), result.program, task.step, task.source if before else ""
     )
 
@@ -279,14 +279,14 @@ def _abort(station: Station, it: ast.Instruction, number: int | None = None) -> 
         return _stop(station, station.abort)
     track = station.tasks.abort(number)
     station.settle()
-    return [replies.Message("Nothing is running") if track is None else _abort_reply(track.task)]
+    return [results.Message("Nothing is running") if track is None else _abort_reply(track.task)]
 
 
 def emergency_stop(station: Station) -> Dialogue[None]:
     """Stop the motion and all tasks immediately, and report what was stopped."""
     others = [track.task for track in station.tasks.running if track.number not in (PROMPT_LINE, ROBOT_PROGRAM)]
     said = [*_stop(station, station.stop), *map(_abort_reply, others)]
-    yield from (one for one in said if not (others and isinstance(one, replies.Message)))
+    yield from (one for one in said if not (others and isinstance(one, results.Message)))
 
 
 def _stop(station: Station, stop: Callable[[], None]) -> list[replies.Reply]:
@@ -300,11 +300,11 @@ def _stop(station: Station, stop: Callable[[], None]) -> list[replies.Reply]:
         return []
     if task is not None and (running or not task.is_over):
         return [_abort_reply(task)]
-    return [replies.Message("The motion is stopped" if scheduled else "Nothing is running")]
+    return [results.Message("The motion is stopped" if scheduled else "Nothing is running")]
 
 
-def _abort_reply(task: runtime.Task) -> replies.ProgramStopped:
-    return replies.ProgramStopped(results.RunOutcome.ABORTED.value, task.program, task.step)
+def _abort_reply(task: runtime.Task) -> results.ProgramStopped:
+    return results.ProgramStopped(results.RunOutcome.ABORTED.value, task.program, task.step)
 
 
 # --- step by step -----------------------------------------------------------------------------------------------------
@@ -313,7 +313,7 @@ def _abort_reply(task: runtime.Task) -> replies.ProgramStopped:
 @operands.handles("PRIME")
 def _prime(station: Station, it: ast.Instruction) -> Dialogue[None]:
     task = station.begin(*(yield from asked_program(station, it)), primed=True).task
-    yield replies.ProgramStopped("(PRIMED)", task.program, task.step)
+    yield results.ProgramStopped("(PRIMED)", task.program, task.step)
 
 
 @operands.handles("SSTEP", "XSTEP", "NEXT")
@@ -346,9 +346,9 @@ def _set_breakpoint(station: Station, it: ast.Instruction) -> Dialogue[None]:
         else:
             breakpoints -= {point for point in breakpoints if point[0] == key and step in (0, -point[1])}
     for key, number in sorted(breakpoints):
-        yield replies.Message(f"Breakpoint before step {number} of {key}")
+        yield results.Message(f"Breakpoint before step {number} of {key}")
     if not breakpoints:
-        yield replies.Message("No breakpoints")
+        yield results.Message("No breakpoints")
 
 
 @operands.handles("WATCH")
@@ -357,7 +357,7 @@ def _watch(station: Station, it: ast.Instruction) -> Dialogue[None]:
     watches, expression = station.tasks.watches, operands.operand(it, 0)
     if expression is None:
         watches.clear()
-        yield replies.Message("Nothing is watched")
+        yield results.Message("Nothing is watched")
         return
     units = station.units
     text = station.environment.signals.with_names(printer.expression_text(expression))
@@ -371,4 +371,4 @@ def _watch(station: Station, it: ast.Instruction) -> Dialogue[None]:
     watch = Watch(text, operands.evaluator(station, expression), value_text)
     watch.change()
     watches.append(watch)
-    yield replies.Message(f"Programs stop when {watch.text} changes")
+    yield results.Message(f"Programs stop when {watch.text} changes")

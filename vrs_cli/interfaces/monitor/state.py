@@ -24,7 +24,7 @@ from vrs_cli.language.run.semantics.instructions import MODE_WORDS, checked_task
 from vrs_cli.language.text import ast, printer
 from vrs_cli.language.words import monitor, values
 from vrs_cli.language.words.word import Role
-from vrs_cli.values import commands, measured, replies
+from vrs_cli.values import commands, measured, replies, results
 from vrs_cli.version import __version__
 
 
@@ -124,7 +124,7 @@ def _identify(station: Station, _it: ast.Instruction) -> Iterable[replies.Reply]
     yield replies.Identification(__version__, python, model.title, model.name, model.joint_count)
 
 
-handles("CALIBRATE")(lambda _station, _it: (replies.Message("A virtual robot is calibrated"),))
+handles("CALIBRATE")(lambda _station, _it: (results.Message("A virtual robot is calibrated"),))
 handles("HELP")(lambda _station, it: help_on(word_or(it, 0)))
 handles("SPEED")(lambda station, it: station.engine.perform(commands.SetMonitorSpeed(real(station, it.arguments[0]))))
 
@@ -213,13 +213,13 @@ def _body(station: Station, it: ast.Instruction) -> dialogue.Dialogue[None]:
     if action != "RELEASE":
         station.check_may(f"BODY {action}", users.role_of("PARAMETER"))
         divergence.choose(measured.OnAlarm[action])
-        yield replies.Message(f"On an alarm of the body: {monitor.BODY_WORDS[action]}")
+        yield results.Message(f"On an alarm of the body: {monitor.BODY_WORDS[action]}")
         return
     users.check_may("BODY RELEASE", Role.SUPERVISOR, station.user_state.role)
     name = body.name
     if not body.leave(name):
         raise RequestRefused("no client is the body", "BODY tells what was reported")
-    yield replies.Message(f"{name} is the body no longer")
+    yield results.Message(f"{name} is the body no longer")
 
 
 @handles("RESYNC")
@@ -243,7 +243,7 @@ def _set(station: Station, it: ast.Instruction, idle_rows: Mapping[str, settings
     yield from station.do(it)
     for argument in it.arguments:
         if argument is not None and (row := settings.idle_of(idle_rows, word(argument))) is not None:
-            yield replies.Message(f"{row.name}: {_summary(row)}")
+            yield results.Message(f"{row.name}: {_summary(row)}")
 
 
 def _summary(row: settings.Switch | settings.ParameterRow | settings.Idle) -> str:

@@ -23,7 +23,7 @@ from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words import monitor, values
 from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values import replies
+from vrs_cli.values import replies, results
 
 
 @operands.handles("UNDO", work=Engine.undo_in_parts, done="undone")
@@ -38,7 +38,7 @@ def _undo_or_redo(
     texts = yield from in_parts(work(engine, steps))
     last = texts[-1] or "a motion"
     what = f"{last} is {done}" if len(texts) == 1 else f"{len(texts)} commands are {done}, up to {last}"
-    yield replies.Message(f"{what}; the clock is at {engine.now:.3f} s")
+    yield results.Message(f"{what}; the clock is at {engine.now:.3f} s")
 
 
 @operands.handles("BRANCH")
@@ -56,11 +56,11 @@ def _branch(station: Station, it: Instruction) -> Dialogue[None]:
     check_tasks_stand(station)
     if name in branches:
         branches.change_over(name)
-        yield replies.Message(f"On {branches.present}; the clock is at {station.engine.now:.3f} s")
+        yield results.Message(f"On {branches.present}; the clock is at {station.engine.now:.3f} s")
     else:
         origin = branches.present
         branches.make(name)
-        yield replies.Message(f"On {name}, a new branch of {origin}; the clock is at {station.engine.now:.3f} s")
+        yield results.Message(f"On {name}, a new branch of {origin}; the clock is at {station.engine.now:.3f} s")
 
 
 def branch_table(station: Station) -> replies.BranchTable:
@@ -114,7 +114,7 @@ def _merge(station: Station, it: Instruction) -> Dialogue[None]:
     check_tasks_stand(station)
     again = yield from in_parts(station.branches.merge_in_parts(name))
     how = f", {again} command{'' if again == 1 else 's'} of it planned again" if again else ""
-    yield replies.Message(f"{name} is merged into main{how}; the timeline ends at {station.engine.end:.3f} s")
+    yield results.Message(f"{name} is merged into main{how}; the timeline ends at {station.engine.end:.3f} s")
 
 
 @operands.handles("DELETEB")
@@ -164,7 +164,7 @@ def _plot(station: Station, it: Instruction) -> Dialogue[None]:
     engine, (names, file) = station.engine, split_file(operands.words(it))
     selection = select_curves(engine.arm, names)
     if engine.end <= engine.timeline.start:
-        yield replies.Message("No motions yet")
+        yield results.Message("No motions yet")
         return
     arm, timeline = engine.arm, engine.timeline
     plot = yield from beside(lambda: plot_curves(arm, timeline, selection))
@@ -176,7 +176,7 @@ def _plot(station: Station, it: Instruction) -> Dialogue[None]:
         raise UsageError("PLOT draws no file at this robot", "PLOT alone shows the curves")
     yield from operands.may_write(station, path)
     yield from beside(lambda: draw(path, plot))
-    yield replies.Message(f"{path} written")
+    yield results.Message(f"{path} written")
 
 
 SAMPLES = 481  # number of samples of a curve: more than the widest drawing has dots across

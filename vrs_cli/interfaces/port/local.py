@@ -21,7 +21,7 @@ from vrs_cli.interfaces.station import body, station
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.language.text.ast import Program
 from vrs_cli.trajectory.measured import MeasuredTimeline
-from vrs_cli.values import questions, replies
+from vrs_cli.values import questions, results
 from vrs_cli.values.measured import DivergenceAlarm, Report, alarm_text
 from vrs_cli.wire.messages import ClientMessage, Line, Refusal, ServerMessage
 
@@ -186,9 +186,9 @@ class LocalPort:
         self._do_what_is_due()
 
     def _warn(self, news: body.BodyNews) -> None:
-        if isinstance(news, DivergenceAlarm | replies.Message):
+        if isinstance(news, DivergenceAlarm | results.Message):
             text = alarm_text(news) if isinstance(news, DivergenceAlarm) else news.text
-            self.console.show(replies.Message(text, replies.Tone.WARNING))
+            self.console.show(results.Message(text, results.Tone.WARNING))
 
     def preview_now(self) -> port.Previewed:
         now = self.user.now

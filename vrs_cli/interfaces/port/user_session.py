@@ -280,7 +280,7 @@ class UserSession:
             return messages.Refusal.of(RequestRefused("it was stopped before it was done"))
         if isinstance(error, KeyboardInterrupt):
             return messages.Refusal.of(RequestRefused("it was interrupted"))
-        said = internal_error(error, afar=True) if isinstance(error, Exception) else replies.Message(str(error))
+        said = internal_error(error, afar=True) if isinstance(error, Exception) else results.Message(str(error))
         return messages.Refusal.of(RequestRefused(said.text))
 
     def leave(self) -> None:

@@ -237,7 +237,7 @@ def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
                 yield replies.refusal(error, line.text)
             if failed:
                 session.user_state.editor = None
-                yield replies.Message(f"{path} stopped at line {line.number}: {line.text}", replies.Tone.ERROR)
+                yield results.Message(f"{path} stopped at line {line.number}: {line.text}", results.Tone.ERROR)
             if failed or leaving or session.user_state.interrupted:
                 return
     finally:

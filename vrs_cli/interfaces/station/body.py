@@ -19,7 +19,7 @@ from vrs_cli.errors import IllegalValue, RequestRefused, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside, quietly
 from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values import commands, measured, replies
+from vrs_cli.values import commands, measured, results
 
 if TYPE_CHECKING:
     from vrs_cli.twin.divergence import DivergenceWatch
@@ -56,7 +56,7 @@ class BodyChange(Struct, frozen=True):
     at: float
 
 
-BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | replies.Message
+BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | results.Message
 """A notification to the listeners of a body. A `Message` reports that an automatic reaction to an alarm has failed."""
 
 
@@ -441,4 +441,4 @@ class DivergenceGuard:
         try:
             yield from dialogue
         except VrsError as error:
-            self._body.tell(replies.Message(f"After an alarm of the body: {error}", replies.Tone.WARNING))
+            self._body.tell(results.Message(f"After an alarm of the body: {error}", results.Tone.WARNING))

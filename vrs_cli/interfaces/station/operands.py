@@ -13,7 +13,7 @@ from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.language.run import runtime, variables
 from vrs_cli.language.text.ast import BareWord, Call, Expression, Instruction, ProgramCall, Variable
 from vrs_cli.language.words import monitor, values
-from vrs_cli.values import numbers, questions, replies
+from vrs_cli.values import numbers, questions, replies, results
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
@@ -146,10 +146,10 @@ def may_delete(station: Station, question: str) -> Dialogue[bool]:
     return True without asking."""
     answer = yield from ask_yes_no(station, f"{question} Are you sure (Y/N)?")
     if answer is False:
-        yield replies.Message("Nothing is deleted")
+        yield results.Message("Nothing is deleted")
     elif answer is None:
-        yield replies.Message(
-            "*Not confirmed* nothing is deleted (DISABLE INTERACTIVE deletes without a question)", replies.Tone.ERROR
+        yield results.Message(
+            "*Not confirmed* nothing is deleted (DISABLE INTERACTIVE deletes without a question)", results.Tone.ERROR
         )
     return bool(answer)
 

@@ -42,9 +42,10 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.text import ast, collector, parser
 from vrs_cli.language.words import values, word
-from vrs_cli.values import diagnostics, hand, measured, replies, results, world
+from vrs_cli.values import diagnostics, hand, measured, results, world
 
 if TYPE_CHECKING:
+    from vrs_cli.values.replies import Plot
     from vrs_cli.world.course import World
 
 R = TypeVar("R")
@@ -138,7 +139,7 @@ class Station:
         # starts to write a log of the session to a file (None: stops), and returns the previous file; raises FileError
         self.log: Callable[[Path | None], Path | None] | None = None
         # draws a plot into a file; None if this robot cannot draw files
-        self.draw: Callable[[Path, replies.Plot], None] | None = None
+        self.draw: Callable[[Path, Plot], None] | None = None
         self.journal: Path | None = None  # file to which each motion is written when it is commanded
 
     @property
@@ -424,7 +425,7 @@ class Station:
         self.driver.settle(until)
 
     def _warn(self, text: str) -> None:
-        self.terminal.show(replies.Message(text, replies.Tone.WARNING))
+        self.terminal.show(results.Message(text, results.Tone.WARNING))
 
     def _around(self) -> tuple[world.CellScene, World | None]:
         """Return the scene around the robot (parts, fixtures and sensors of its cell) and the world that computes their
@@ -445,8 +446,8 @@ class Station:
         """Report that a task other than the awaited one has stopped with an error."""
         fault = one.fault
         self.terminal.show(
-            replies.ProgramStopped(
-                f"{fault.message} [{one.where}]", fault.program, fault.step, fault.source, replies.Tone.ERROR
+            results.ProgramStopped(
+                f"{fault.message} [{one.where}]", fault.program, fault.step, fault.source, results.Tone.ERROR
             )
         )
 

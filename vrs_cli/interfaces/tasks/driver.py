@@ -26,7 +26,7 @@ from vrs_cli.language.run import effects, runtime
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, ComputedSignals, Inputs, LivingCell
 from vrs_cli.language.words.values import INTERNAL, key_of
-from vrs_cli.values import commands, replies, results
+from vrs_cli.values import commands, results
 from vrs_cli.values.world import NO_SCENE
 
 if TYPE_CHECKING:
@@ -117,9 +117,9 @@ class Driver:
             self._transcript.show,
             outside or Outside(),
             # only a warning, because the program continues without the device
-            lambda missing: terminal.show(replies.Message(str(missing), replies.Tone.WARNING)),
+            lambda missing: terminal.show(results.Message(str(missing), results.Tone.WARNING)),
         )
-        self.devices.outside.tell = lambda text: terminal.show(replies.Message(text))
+        self.devices.outside.tell = lambda text: terminal.show(results.Message(text))
         self.tasks = tasks.Tasks(engine, environment, self.devices)
         self._performer = performing.Performer(engine, environment, self.tasks, self._transcript, self.devices, advice)
         self._interrupted = False
@@ -360,7 +360,7 @@ class Driver:
             self._fail(track, error)
         else:  # the program of the run has ended; only this task is left, and would wait forever
             place = f"task {track.number} is ended at {track.task.program} step {track.task.step}"
-            self.terminal.show(replies.Message(f"{place}: {error}", replies.Tone.WARNING))
+            self.terminal.show(results.Message(f"{place}: {error}", results.Tone.WARNING))
             self.tasks.abort(track.number)
 
     def _exceed_time(self, run: _Run) -> None:
