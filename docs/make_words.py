@@ -79,7 +79,7 @@ def _cells(row: WordRow) -> Iterator[str]:
     yield f"`{row.example}`"
     yield row.where.strip()
     yield str(row.role.name).lower() if isinstance(row, Word) and not isinstance(row, Control) else ""
-    yield f"{row.state.value}: {row.note}" if row.note else row.state.value
+    yield f"{row.state.value}; {row.note}" if row.note else row.state.value
 
 
 if __name__ == "__main__":

@@ -74,7 +74,7 @@ _BASES = {"B": 2, "H": 16, "D": 10}
 def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -> ast.Variable:
     text = name.text
     if text[0] == "%":
-        raise refusal(NotAvailable, name.span, f"{text} is a belt", "there is no conveyor at this robot")
+        raise refusal(NotAvailable, name.span, f"{text} is a belt", "this robot has no conveyor")
     sigil = text[0] if text[0] in "#$" else ""
     return ast.Variable(text[len(sigil) :], sigil, indexes, span=span)
 

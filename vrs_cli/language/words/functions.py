@@ -211,20 +211,20 @@ FUNCTIONS: Mapping[str, Function] = by_name((
         "the code of the next character of a unit, or the (negative) code of an error; "
         "mode 1: do not wait for one",
         "char = GETC(lun)"),
-    _string("$DEFAULT()", "+", "the folder to which names of files refer: that of the run", "$DEFAULT()"),
+    _string("$DEFAULT()", "+", "the folder of the run, to which names of files refer", "$DEFAULT()"),
     _string("$UNPACK($element, first, count)", "+",
         "characters of an array that counts as one long string, 128 characters for each element",
         "$UNPACK($a[0], 120, 20)"),
     # not available
-    _refusal("BELT", "where a conveyor belt stands", "there is no conveyor at this robot"),
-    _refusal("AIO.IN", "analog input", "there are no analog signals at this robot"),
+    _refusal("BELT", "where a conveyor belt stands", "this robot has no conveyor"),
+    _refusal("AIO.IN", "analog input", "this robot has no analog signals"),
     *(
-        _refusal(name, "a result of a camera", "there is no camera at this robot")
+        _refusal(name, "a result of a camera", "this robot has no camera")
         for name in ("VFEATURE", "VRESULT", "VSTATE", "VLOCATION")
     ),
     _refusal("IOGETB", "the bus of the controller", "there is no bus; SIG and BITS read signals"),
     _refusal("IOGETS", "the bus of the controller", "there is no bus; SIG and BITS read signals"),
-    _refusal("DEVICE", "the state of a camera or another device", "there are no such devices at this robot"),
+    _refusal("DEVICE", "the state of a camera or another device", "this robot has no such devices"),
     _refusal("KEYMODE", "the behaviour of pendant keys", "there is no pendant; PROMPT asks at the terminal"),
     _refusal("NETWORK", "the network card of the controller", "IOSTAT has the state of a connection"),
     _refusal("PENDANT", "the keys of the pendant", "there is no pendant; PROMPT and GETC(4) read the terminal"),
@@ -278,10 +278,10 @@ OPERATORS: Mapping[str, Operator] = by_name((
 
 LINKS: Mapping[str, Operator] = by_name((
     _row("AT", "motion AT t", "",
-        "the motion begins (SIGNAL, RESET, OPENI, CLOSEI: the change happens) at the time t of the timeline [s]",
+        "begin the motion, or change the signals or the hand, at the time t of the timeline [s]",
         "MOVE part AT 2.5"),
     _row("IN", "motion IN dt", "",
-        "the motion begins (SIGNAL, RESET, OPENI, CLOSEI: the change happens) dt seconds from now",
+        "begin the motion, or change the signals or the hand, dt seconds from now",
         "MOVE part IN 0.5"),
     _row("ALWAYS", "setting ALWAYS", "1 2 +",
         "the setting applies to all later motions, not only to the next one", "SPEED 30 ALWAYS"),

@@ -272,25 +272,25 @@ INSTRUCTIONS: Mapping[str, Word] = by_name((
     ),
     unavailable("PANIC", "+", "power off at once", "use HALT"),
     unavailable("KEYMODE", "+", "how a key of the pendant behaves", "there is no pendant; PROMPT asks at the terminal"),
-    unavailable("VPICTURE", "+", "take a picture", "there is no camera at this robot"),
-    unavailable("VLOCATE", "+", "find a part in a picture", "there is no camera at this robot"),
-    unavailable("DEFBELT", "2 +", "conveyor tracking", "there is no conveyor at this robot"),
-    unavailable("SETBELT", "2 +", "conveyor tracking", "there is no conveyor at this robot"),
-    unavailable("WINDOW", "2 +", "conveyor tracking", "there is no conveyor at this robot"),
+    unavailable("VPICTURE", "+", "take a picture", "this robot has no camera"),
+    unavailable("VLOCATE", "+", "find a part in a picture", "this robot has no camera"),
+    unavailable("DEFBELT", "2 +", "conveyor tracking", "this robot has no conveyor"),
+    unavailable("SETBELT", "2 +", "conveyor tracking", "this robot has no conveyor"),
+    unavailable("WINDOW", "2 +", "conveyor tracking", "this robot has no conveyor"),
     unavailable("FOPEND", "+", "reading of a disk directory", "FDIRECTORY at the prompt lists a folder"),
     unavailable("FSEEK", "+", "records of a file by number", "READ and WRITE go from line to line"),
     unavailable("FEMPTY", "+", "emptying of buffers", "FCLOSE writes all data"),
     unavailable("ESTOP", "+", "power off at once", "use HALT"),
-    unavailable("AIO.OUT", "+", "analog output", "there are no analog signals at this robot"),
+    unavailable("AIO.OUT", "+", "analog output", "this robot has no analog signals"),
     *(
-        unavailable(name, "+", "work with pictures of a camera", "there is no camera at this robot")
+        unavailable(name, "+", "work with pictures of a camera", "this robot has no camera")
         for name in ("VDISPLAY", "VTRAIN", "VWINDOW", "VSELECT", "VQUEUE", "VPARAMETER", "VRUN")
     ),
     *(
         unavailable(name, "+", "windows of a controller", "TYPE prints on the terminal")
         for name in ("GCLEAR", "GLINE", "GTYPE", "GETEVENT", "FSET")
     ),
-    unavailable("SETDEVICE", "+", "set up a camera or an encoder", "there are no such devices at this robot"),
+    unavailable("SETDEVICE", "+", "set up a camera or an encoder", "this robot has no such devices"),
     unavailable("DEF.DIO", "+", "give signals to boards", "signals 1-512, 1001-1512 and 2001-2512 are there"),
     unavailable("IOPUTB", "+", "write to the bus of the controller", "there is no bus; signals and BITS are there"),
     unavailable("IOPUTS", "+", "write to the bus of the controller", "there is no bus; signals and BITS are there"),

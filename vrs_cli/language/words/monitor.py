@@ -174,7 +174,7 @@ COMMANDS: Mapping[str, Word] = by_name((
     unavailable("MDIRECTORY", "+", "the groups of programs", _MODULES),
     unavailable("STOREM", "+", "write a group of programs to a file", _MODULES),
     unavailable("DELETEM", "+", "delete a group of programs", "use DELETE program, ..."),
-    unavailable("NET", "+", "the network", "there is no network at this robot"),
+    unavailable("NET", "+", "the network", "this robot has no network"),
     unavailable("ERASE", "1", "erase a disk in VAL", "use FDELETE"),
     unavailable("COMPRESS", "1", "tidy a disk in VAL", "there is no disk to tidy"),
     unavailable("INIT", "1", "prepare a disk in VAL", "there is no disk to prepare"),
