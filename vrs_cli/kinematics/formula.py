@@ -92,7 +92,7 @@ def over_arrays(formula: Callable[..., Any]) -> Callable[..., Any]:
     """Rewrite a formula for arrays. The new function returns its joints as one array (n, N), with NaN for poses out of
     reach.
 
-    It does not bring angles near to reference joints. Local functions that the formula calls are rewritten too.
+    It does not bring angles near to reference joints. Functions of its module that the formula calls are rewritten too.
     """
     import numpy as np
 
@@ -110,9 +110,12 @@ def over_arrays(formula: Callable[..., Any]) -> Callable[..., Any]:
         "atan2": np.arctan2,
         "choose": choose,
         "complex": lambda x, y: x + 1j * y,
+        "hypot": lambda x, y, z: np.sqrt(x * x + y * y + z * z),
     }
     names |= {"nearest_turn": lambda q, _: q, "six_turned_near": lambda q, _: q, "dist": lambda _, __: inf}
-    names |= {name: over_arrays(x) for name, x in _scope(formula).nonlocals.items() if isinstance(x, FunctionType)}
+    scope, module = _scope(formula), formula.__module__
+    called = {**scope.globals, **scope.nonlocals}.items()
+    names |= {name: over_arrays(x) for name, x in called if isinstance(x, FunctionType) and x.__module__ == module}
     return _variant(formula, _OverArrays(), names)
 
 

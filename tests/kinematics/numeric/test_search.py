@@ -1,5 +1,6 @@
 """A step of Newton's method, written out for one arm, is that of the Jacobian and what is missing."""
 
+from math import pi
 from pathlib import Path
 from random import Random
 
@@ -10,10 +11,19 @@ from tests.kinematics.random_arms import draw_arm
 from tests.kinematics.seven_joints import seven_joints
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import ArmTask, RobotModel
+from vrs_cli.kinematics.numeric.batch import MISSING
 from vrs_cli.kinematics.numeric.search import Aim, missing, newton, step_within
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import at_position
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    at_position,
+    compose,
+    rotation_about,
+    rotation_x,
+    translation,
+)
 
 FEW = 20
 
@@ -53,6 +63,17 @@ def test_in_a_singular_pose_there_is_none() -> None:
     step_of = newton(model.links, model.base, model.flange)
     weights = ((1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0)
     assert step_of(stretched, arm.forward(stretched), (weights,), (1.0, 0.0, 0.0, 0.0, 0.0, 0.0), [0.0]) is None
+
+
+@pytest.mark.parametrize("task", [ArmTask.POSE, ArmTask.POINTING])
+def test_what_is_missing_is_the_same_for_arrays(task: ArmTask) -> None:
+    source = Random(7)
+    have = [rotation_about((source.gauss(0.0, 1.0), 1.0, 0.5), 3.0) for _ in range(20)]
+    want = [compose(T, rotation_about((0.0, 1.0, 0.0), source.uniform(-3.0, 3.0))) for T in have]
+    have, want = [*have, IDENTITY, IDENTITY, IDENTITY], [*want, IDENTITY, rotation_x(pi), translation(0.1, 0.2, 0.3)]
+    with np.errstate(invalid="ignore", divide="ignore"):  # where a rotation is 0
+        found = MISSING(task, *(Transform(*np.array(poses).T) for poses in (have, want)))
+    assert pytest.approx(np.array([missing(task, a, b) for a, b in zip(have, want, strict=True)]), abs=1e-14) == found.T
 
 
 PUMA = arm_for(load_robot("puma560"))

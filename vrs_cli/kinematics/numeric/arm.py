@@ -272,7 +272,8 @@ class NumericArm(RobotArm):
             q, _ = self._search(T, near, bounded=True)
             if q is not None:
                 return [q]
-        return self.batch.solutions(T, near, self._inside)
+        found = (self._inside(q, near) for q, _ in self.batch.solutions(T, near))
+        return [q for q in found if q is not None]
 
     def beyond(self, T: Transform) -> bool:
         start, (most, *_) = levers(self.model)

@@ -4,9 +4,9 @@ The search is the Levenberg-Marquardt method with the damping of Sugihara (2011)
 from the goal a step follows the gradient, near the goal it is a step of Newton's method. A search within the limits
 stops joints at a limit that they would pass, and may get stuck there. A search without limits does not get stuck, and
 three in four of its results can be brought inside the limits by whole turns. So the solver tries both. Searches start
-from the near joints, then from a fixed sequence of other joints in their ranges: a few at first, and more if the first
-searches find no solution. So the same location always has the same solution. For an arm with fewer than six joints a
-pose counts as reached if the error does not show in three decimals.
+from the near joints, and from the sample joints that bring the tool nearest to the pose: from a few at first, and from
+more if the first searches find no solution. So the same location always has the same solution. For an arm with fewer
+than six joints a pose counts as reached if the error does not show in three decimals.
 
 A redundant arm reaches one pose with many joint vectors. A MOVE takes the result of the search that starts at the
 current joints. On a straight line guides prescribe sums of joints (`numeric.arm`), so the joints depend only on the
@@ -22,21 +22,19 @@ never jumps. The steps end at the locally nearest pose, so a dragged tool slides
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
-from itertools import islice
 from math import atan2, cos, hypot, sin, sqrt
 from typing import Any, NamedTuple, cast
 
 from vrs_cli.kinematics import compiled
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Demands, JointKind, Joints, Twist
-from vrs_cli.kinematics.model import ArmTask, Link, RobotModel, some_joints
+from vrs_cli.kinematics.model import ArmTask, Link
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, cross, dot
 
 CONVERGED = 1e-10  # [m, rad] a search has succeeded if all components of the error are smaller
-STEPS = 60  # maximum number of steps of a search within the limits
-FREE_STEPS = 30  # maximum number of steps of a search without limits
+STEPS = 60  # maximum number of steps of a search; nearly all searches end sooner
 LARGEST_STEP = 0.5  # [rad, m] maximum change of a joint in one step
 # damping of the least-squares step, as a fraction of the squared error; constant added to it
 DAMPING, LEAST_DAMPING = 0.1, 1e-13
@@ -46,30 +44,15 @@ NEWTON = 1e-3  # [m2, rad2] below this damping an undamped Newton step is taken 
 SHORT, FEW = 0.35, 6
 # [rad, m] `guided_state` compares the first step of Newton's method with this size, as if it were the previous step
 LAST = 1e-6
-ROUNDS = (40, 160, 640)  # number of starts in each round; a round is tried only if the earlier rounds find no solution
-# number of rounds for an arm with fewer joints than its task needs: most poses are out of reach, so most searches fail
-FEW_JOINTS = 2
-
-
-def rounds(model: RobotModel, near: Joints) -> Iterator[list[Joints]]:
-    """Yield rounds (lists of start joints for searches): first `near`, the middle of the ranges and some sample joints,
-    then more samples.
-    """
-    others = some_joints(model)
-    middle = tuple((low + high) / 2 for low, high in zip(model.lower, model.upper, strict=True))
-    first, *later = ROUNDS[:FEW_JOINTS] if model.joint_count < model.task.size else ROUNDS
-    yield [near, middle, *islice(others, first)]
-    yield from (list(islice(others, count)) for count in later)
 
 
 def missing(task: ArmTask, have: Transform, want: Transform) -> Twist:
     """Return the displacement [m] and the rotation vector [rad] from the pose `have` to the pose `want`, in the axes of
     the base.
     """
-    if task is ArmTask.POINTING:
-        turn = turn_between((have.ax, have.ay, have.az), (want.ax, want.ay, want.az))
-    else:
-        turn = rotation_vector(have, want)
+    points = task is ArmTask.POINTING
+    a, b = (have.ax, have.ay, have.az), (want.ax, want.ay, want.az)
+    turn = turn_between(a, b) if points else rotation_vector(have, want)
     return want.px - have.px, want.py - have.py, want.pz - have.pz, *turn
 
 
@@ -99,10 +82,10 @@ def as_long_as_angle(v: Vector, cosine: float) -> Vector:
     the angle.
     """
     sine = hypot(*v)
-    if sine < 1e-12:  # the angle is 0, or 180 deg with an unknown axis: use any, because the next step corrects it
-        return v if cosine > 0.0 else (1e-3, 0.0, 0.0)
-    factor = atan2(sine, cosine) / sine
-    return v[0] * factor, v[1] * factor, v[2] * factor
+    small = sine < 1e-12  # the angle is 0, or 180 deg with an unknown axis: use any, because the next step corrects it
+    x = 1e-3 if small and cosine <= 0.0 else v[0]
+    factor = 1.0 if small else atan2(sine, cosine) / sine
+    return x * factor, v[1] * factor, v[2] * factor
 
 
 SIDES = 2  # number of right sides of the equations: the errors, and the wanted rates

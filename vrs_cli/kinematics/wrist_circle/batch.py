@@ -167,7 +167,6 @@ class WristCircleBatch(NumericBatch):
         self.ways, self.circle, self.configuration = ALL, circle, configuration
         self.signs, self.zeros = np.array(chain.signs), np.array([link.theta for link in chain.links])
         self.ends = stack([inverse(chain.base), inverse(chain.flange)])
-        self.middle = (self.lower + self.upper) / 2
 
     def all_solutions(self, T: Floats) -> tuple[Floats, Indices]:
         """Return all solutions (K, 6) for poses (N, 3, 4), ignoring the limits, and the index of the pose of each (K,),
@@ -183,7 +182,7 @@ class WristCircleBatch(NumericBatch):
     def _solutions(self, T: Floats) -> tuple[Floats, Indices]:
         canonical = compose_batch(compose_batch(self.ends[0], T), self.ends[1])
         near, rows = near_solutions(self.circle, canonical)
-        q = self.search(T[rows], self.signs * (near - self.zeros), bounded=False, steps=STEPS)
+        q = self.search(T[rows], self.signs * (near - self.zeros), bounded=False, steps=STEPS).joints
         there = np.flatnonzero(~np.isnan(q[:, 0]))
         there = there[np.argsort(rows[there], kind="stable")]
         q, rows = q[there], rows[there]

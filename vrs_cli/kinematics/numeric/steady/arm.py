@@ -84,7 +84,7 @@ class SteadyArm(RobotArm):
         """Return the joints within the limits that have the least rotation error; among equal errors those that the arm
         reaches soonest from `near`. Return None if no joints reach the position.
         """
-        found = self.batch.least_turns(T, near)
+        found = self.batch.solutions(T, near)
         turned_near = [(q, turned) for solved, turned in found if (q := self._inside(solved, near)) is not None]
         least = min((turned for _, turned in turned_near), default=inf)
         near_least = (q for q, turned in turned_near if turned <= least + SAME_TURN)

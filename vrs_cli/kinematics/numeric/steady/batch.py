@@ -26,8 +26,7 @@ rotation error stays a local minimum.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cached_property
+from collections.abc import Callable, Iterable
 from itertools import combinations
 from math import comb, isnan
 from typing import NamedTuple
@@ -37,23 +36,24 @@ import numpy as np
 from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 from vrs_cli.kinematics.clearance import Unchanging
 from vrs_cli.kinematics.joints import NONE, Configuration, Joints
-from vrs_cli.kinematics.model import LEVEL, STRAIGHT, RobotModel, levers
-from vrs_cli.kinematics.numeric.batch import LENGTH, MAX_KANTOROVICH, Cubic, fourth_of_turn, inverse_bound, inverses
-from vrs_cli.kinematics.numeric.search import LARGEST_STEP
-from vrs_cli.kinematics.numeric.steady.conditions import (
-    FIRST_SAMPLES,
-    OTHERS,
-    PLACES,
-    PlanarStarts,
-    SampledStarts,
-    SteadyConditions,
-    Terms,
-    is_planar,
+from vrs_cli.kinematics.model import LEVEL, RobotModel, levers
+from vrs_cli.kinematics.numeric.batch import (
+    LENGTH,
+    MAX_KANTOROVICH,
+    Cubic,
+    Guides,
+    SearchBatch,
+    SearchState,
+    fourth_of_turn,
+    inverse_bound,
+    inverses,
 )
-from vrs_cli.kinematics.serial_batch import SerialBatch
+from vrs_cli.kinematics.numeric.search import LARGEST_STEP
+from vrs_cli.kinematics.numeric.steady.conditions import PLACES, PlanarStarts, SteadyConditions, Terms, is_planar
 from vrs_cli.kinematics.transform import Transform, length, position
 
-STEPS = 25  # maximum number of steps of a search; nearly all searches end sooner
+# rounds of searches from samples, and from the table of starts (from samples where joint 1 may have any value)
+SAMPLED, PLANAR = ((0, 16, True), (0, 16, False), (16, 32, False)), ((0, 48, True),)
 FOLLOWING = 12  # maximum number of steps of Newton's method from the joints `near` in `inverse_branch`
 SETTLED = 1e-7  # [rad, m] a search has converged if its step is smaller
 # [m, rad] a pose counts as reached exactly within these errors, even if steps are still larger than SETTLED
@@ -62,105 +62,34 @@ THERE, TURNED = 1e-10, 5e-10
 # continuous set of solutions)
 BRANCH = 0.5
 ROUNDING = 1e-12  # [rad, m] a joint closer to a limit counts as at the limit
-POSES = 64  # number of poses that are searched at once
 DAMPING = 1e-13  # [m2, rad2] damping of steps towards a position; it has an effect only in singular poses
-NEARER, WAITS = 0.7, 5  # a search is given up after WAITS steps that do not reduce the distance by the factor NEARER
-# factors of the radius after a step in the same direction, and after a step that reverses the direction
-LONGER, SHORTER = 1.5, 0.5
-FAR = 0.05  # [rad] a search with a larger rotation error ends if another search has reached the same pose exactly
-# [rad, m] searches for the same pose whose joints come this close are merged, because they would end alike
-ALIKE = 0.03
-MERGED = 6, 3  # number of steps before searches are first merged, and between later merges
 FLAT = 1e-12  # smaller second derivatives, squared lengths and determinants count as 0
 OVER = 1e-9  # [rad, m] a step that leaves the box by less than this counts as inside (rounding)
 
 
-class Found(NamedTuple):
-    """The results of searches: joints (N, n), which are NaN if a search failed, and rotation errors (N,) [rad]."""
-
-    joints: Floats
-    turned: Floats
-
-
-class SteadyBatch(SerialBatch):
+class SteadyBatch(SearchBatch):
     """The functions of `SteadyArm` for arrays. Joints are NaN in rows whose search does not converge."""
+
+    at_once, settled = 64, SETTLED
 
     def __init__(self, model: RobotModel, unchanging: Unchanging, T_flange_tool: Transform) -> None:
         super().__init__(model, (NONE,), unchanging)
         self.conditions = SteadyConditions(self, T_flange_tool)
-        self.middle = (self.lower + self.upper) / 2
-        self._planar = PlanarStarts(self, self.conditions.tip) if is_planar(self) else None
-
-    def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        """Search each pose from all starts, and return the joints within the limits that have the least
-        rotation error.
-        """
-        q = np.full((len(T), self.joints), np.nan)
-        for first in range(0, len(T), POSES):
-            pose, found = self._search_all(T[first : first + POSES])
-            order = np.lexsort((found.turned, pose))
-            row, at = np.unique(pose[order], return_index=True)
-            q[first + row] = found.joints[order[at]]
-        return q[:, None], self.inside(q)[:, None]
-
-    def least_turns(self, T: Transform, near: Joints) -> list[tuple[Joints, float]]:
-        """Search one pose from all starts and from `near`. Return the joints found within the limits, with their
-        rotation errors [rad].
-        """
-        return _joints_and_turns(self._search_all(np.reshape(T, (1, 3, 4)), near)[1])
+        self.tip = self.conditions.tip
+        self._planar = PlanarStarts(self, self.tip) if is_planar(self) else None
+        self.rounds = self.rounds_of_one = SAMPLED if self._planar is None else PLANAR
 
     def without_limits(self, T: Transform, near: Joints) -> list[tuple[Joints, float]]:
-        """Return the same as `least_turns`, but search only from the first starts and ignore the limits."""
-        pose, begin, bounded = self._first_starts(np.reshape(T, (1, 3, 4)), near)
-        return _joints_and_turns(self.search(np.reshape(T, (1, 3, 4))[pose], begin, bounded & False, pose=pose))
+        """Return the same as `solutions`, but search only from the first starts and ignore the limits."""
+        (begin,) = self.starts(np.reshape(T, (1, 3, 4)), *self.rounds[0][:2])
+        begin = np.concatenate(((near,), begin)) if len(begin) else begin
+        poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(begin), 3, 4))
+        return self.search(poses, begin, bounded=False, pose=np.zeros(len(begin), dtype=np.intp)).each()
 
-    def _search_all(self, T: Floats, near: Joints | None = None) -> tuple[Rows, Found]:
-        """Search poses (N, 3, 4) from all starts (and from `near`) within the limits. Return the index of the pose of
-        each result, and the results.
-
-        If the starts of a pose are samples, and no search from the first samples reaches the pose exactly, further
-        samples are searched too.
-        """
-        pose, begin, bounded = self._first_starts(T, near)
-        found = self._within_limits(self.search(T[pose], begin, bounded, pose=pose))
-        least = np.full(len(T), np.inf)
-        np.minimum.at(least, pose, found.turned)
-        rest = [i for i in np.unique(pose[~bounded]).tolist() if least[i] > STRAIGHT]
-        if not rest:
-            return pose, found
-        begin = np.concatenate([self._sample_starts.near(T[i], FIRST_SAMPLES, OTHERS) for i in rest])
-        again = np.repeat(rest, OTHERS)
-        more = self._within_limits(self.search(T[again], begin, np.zeros(len(begin), dtype=np.bool_), pose=again))
-        return np.concatenate((pose, again)), Found(*map(np.concatenate, zip(found, more, strict=True)))
-
-    def _first_starts(self, T: Floats, near: Joints | None) -> tuple[Rows, Floats, Flags]:
-        """Return k start joints: the index of the pose of each (k,), the joints (k, n), and whether to search within
-        the limits (k,).
-
-        A position that is out of reach has no starts. From samples, searches without limits are made too: more of them
-        converge, and whole turns may bring the joints back inside their limits.
-        """
-        pose, begin, bounded = list[int](), list[Floats](), list[bool]()
-        for i, wanted in enumerate(T):
-            table = None if self._planar is None else self._planar.of(wanted)
-            first = self._sample_starts.near(wanted, 0, FIRST_SAMPLES) if table is None else table
-            own = np.empty((0, self.joints)) if near is None or not len(first) else np.array([near])
-            begin += [own, first, *([first] if table is None else [])]
-            bounded += [True] * len(own) + [True] * len(first) + [False] * (len(first) if table is None else 0)
-            pose += [i] * (len(bounded) - len(pose))
-        return np.array(pose, dtype=np.intp), np.concatenate(begin), np.array(bounded, dtype=np.bool_)
-
-    @cached_property
-    def _sample_starts(self) -> SampledStarts:
-        return SampledStarts(self, self.conditions.tip)
-
-    def _within_limits(self, found: Found) -> Found:
-        """Add whole turns that bring the results nearest to the middles of the ranges, and discard those outside the
-        limits: NaN joints, and an infinite rotation error.
-        """
-        joints = self.turned_near(found.joints, self.middle)
-        inside = self.inside(joints)
-        return Found(np.where(inside[:, None], joints, np.nan), np.where(inside, found.turned, np.inf))
+    def starts(self, T: Floats, after: int, count: int) -> Iterable[Floats]:
+        tables = [None if self._planar is None else self._planar.of(pose) for pose in T]
+        rows = zip(tables, T, strict=True)
+        return [self.samples.near(pose[None], after, count)[0] if table is None else table for table, pose in rows]
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
         """Return the joints near `near` that solve each pose, ignoring the limits. Newton's method is tried first, then
@@ -187,7 +116,7 @@ class SteadyBatch(SerialBatch):
             at = conditions.terms(q[rows], T[rows])
         rows = np.flatnonzero(np.isnan(found[:, 0]))
         if len(rows):
-            others = self.search(T[rows], near[rows], np.zeros(len(rows), dtype=np.bool_), steps=FOLLOWING).joints
+            others = self.search(T[rows], near[rows], bounded=False, steps=FOLLOWING).joints
             close = np.abs(others - near[rows]).max(axis=1) < BRANCH
             found[rows[close]] = others[close]
         return found
@@ -196,7 +125,7 @@ class SteadyBatch(SerialBatch):
         """Return the joints with a locally least rotation error, found by a descent search from `near` within the
         limits; None if it fails.
         """
-        found = self.search(np.reshape(T, (1, 3, 4)), np.array([near]), np.array([True])).joints[0].tolist()
+        found = self.search(np.reshape(T, (1, 3, 4)), np.array(near), bounded=True).joints[0].tolist()
         return None if isnan(found[0]) else tuple(found)
 
     def follow(self, T: Transform, near: Joints) -> Joints | None:
@@ -204,51 +133,20 @@ class SteadyBatch(SerialBatch):
         q = self.inverse_branch(np.reshape(T, (1, 3, 4)), NONE, np.array(near))[0].tolist()
         return None if isnan(q[0]) else tuple(q)
 
-    def search(self, T: Floats, near: Floats, bounded: Flags, *, steps: int = STEPS, pose: Rows | None = None) -> Found:
-        """Search joints for poses (N, 3, 4) by descent from starts (N, n) to a locally least rotation error.
-
-        `bounded` (N,): which searches stay within the limits. `pose` (N,): the index of the pose of each search; if
-        searches for the same pose meet, only one of them continues.
-        """
-        lower, upper = (
-            np.where(bounded[:, None], end, far) for end, far in ((self.lower, -np.inf), (self.upper, np.inf))
-        )
-        q = np.clip(near, lower, upper)
-        found = Found(np.full_like(q, np.nan), np.full(len(q), np.inf))
-        rows, before = np.arange(len(q)), np.zeros_like(q)
-        radius, away_before, waited = (
-            np.full(len(q), LARGEST_STEP),
-            np.full(len(q), np.inf),
-            np.zeros(len(q), dtype=int),
-        )
-        for count in range(steps):
-            if not len(rows):
-                break
-            at = self.conditions.terms(q[rows], T[rows])
-            away, turned = np.linalg.norm(at.away, axis=1), at.angle
-            least, most, reach = lower[rows], upper[rows], radius[rows, None]
-            held = (q[rows] <= least + ROUNDING) | (q[rows] >= most - ROUNDING)
-            low, high = (np.clip(end - q[rows], -reach, reach) for end in (least, most))
-            step = self._downhill(at, held, low, high)
-            size = np.abs(step).max(axis=1)
-            settled, exact = size < SETTLED, (away < THERE) & (turned < TURNED)
-            q[rows] = np.where(exact[:, None], q[rows], np.clip(q[rows] + step, least, most))
-            done = (settled & (away < LEVEL)) | exact
-            found.joints[rows[done]], found.turned[rows[done]] = q[rows[done]], turned[done]
-            nearer = (away < NEARER * away_before[rows]) | (away < LEVEL)
-            waited[rows], away_before[rows] = np.where(nearer, 0, waited[rows] + 1), away
-            back = (step * before[rows]).sum(axis=1) < 0.0
-            shorter, longer = SHORTER * np.minimum(radius[rows], size), np.minimum(LONGER * radius[rows], LARGEST_STEP)
-            radius[rows], before[rows] = np.where(back, shorter, longer), step
-            ended = done | settled | (waited[rows] > WAITS)
-            if pose is not None:  # after a search has reached a pose exactly, end the searches that are far from it
-                had = pose[rows[done & bounded[rows] & (turned < STRAIGHT)]]
-                ended |= np.isin(pose[rows], had) & (turned > FAR)
-            rows = rows[~ended]
-            if pose is not None and count + 1 in range(MERGED[0], steps, MERGED[1]):
-                same = np.column_stack((pose[rows], bounded[rows], np.rint(q[rows] / ALIKE)))
-                rows = rows[np.sort(np.unique(same, axis=0, return_index=True)[1])]
-        return found
+    def search_state(
+        self,
+        q: Floats,
+        T: Floats,
+        low: Floats,
+        high: Floats,
+        radius: Floats,
+        guides: Guides | None,  # noqa: ARG002
+    ) -> SearchState:
+        at, reach = self.conditions.terms(q, T), radius[:, None]
+        away, turned, held = np.linalg.norm(at.away, axis=1), at.angle, (low >= -ROUNDING) | (high <= ROUNDING)
+        step = self._downhill(at, held, np.clip(low, -reach, reach), np.clip(high, -reach, reach))
+        exact, close = (away < THERE) & (turned < TURNED), away < LEVEL
+        return SearchState(np.where(exact[:, None], 0.0, step), np.where(close, 0.0, away), turned, exact, close)
 
     def _downhill(self, at: Terms, held: Flags, low: Floats, high: Floats) -> Floats:
         """Return the steps (N, n) to the minimum of the quadratic model. `low`, `high`: bounds of the steps. `held`:
@@ -285,11 +183,6 @@ class SteadyBatch(SerialBatch):
         except np.linalg.LinAlgError:  # at least one matrix is singular
             solved = (np.linalg.pinv(table) @ wanted[:, :, None])[:, :, 0]
         return np.asarray(solved[:, :n]), np.asarray(solved[:, n:])
-
-
-def _joints_and_turns(found: Found) -> list[tuple[Joints, float]]:
-    there = np.isfinite(found.turned)
-    return list(zip(map(tuple, found.joints[there].tolist()), found.turned[there].tolist(), strict=True))
 
 
 # --- minimum in a box ----------------------------------------------------------------------------------------------

@@ -35,7 +35,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from itertools import islice
 from math import cos, pi, sqrt
 from typing import NamedTuple
 
@@ -44,7 +43,7 @@ import numpy as np
 from vrs_cli.kinematics.arrays import Flags, Floats, rotation_about_batch
 from vrs_cli.kinematics.compiled import formulas
 from vrs_cli.kinematics.joints import TURN, Joints, Twist
-from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames, some_joints
+from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
 
@@ -414,30 +413,3 @@ def _least(missed: Floats) -> Flags:
         for k in range(3):
             least &= missed <= wide[i : i + missed.shape[0], ..., k : k + missed.shape[-1]]
     return least
-
-
-SAMPLES = 512
-# number of samples from which a pose is searched at first, and then if these do not reach it exactly
-FIRST_SAMPLES, OTHERS = 16, 32
-TURN_COUNTS = 0.1  # [arm lengths/rad] weight of the rotation error relative to the distance of the tip
-
-
-class SampledStarts:
-    """Chooses start joints of searches from random samples, for one arm and the tip of one tool (3,) in the frame of
-    the flange.
-    """
-
-    def __init__(self, batch: SerialBatch, tip: Floats) -> None:
-        self.tip, self.joints = tip, np.array(list(islice(some_joints(batch.model), SAMPLES)))
-        self.poses = batch.forward(self.joints)
-        self.tips = self.poses[:, :, :3] @ tip + self.poses[:, :, 3]
-        self.length = np.ptp(self.tips, axis=0).max() / 2.0
-
-    def near(self, T: Floats, after: int, count: int) -> Floats:
-        """Sort the samples by their distance from a pose (3, 4), skip the first `after`, and return the next `count`
-        (count, n).
-        """
-        away = np.linalg.norm(self.tips - (T[:, :3] @ self.tip + T[:, 3]), axis=1)
-        cosine = 0.5 * (np.einsum("nij,ij->n", self.poses[:, :, :3], T[:, :3]) - 1.0)
-        missed = away / self.length + TURN_COUNTS * np.arccos(np.clip(cosine, -1.0, 1.0))
-        return np.asarray(self.joints[np.argsort(missed)[after : after + count]])
