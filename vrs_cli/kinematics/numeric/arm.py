@@ -17,7 +17,7 @@ joint range, walks with other weights of the gradient are tried.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
 from math import degrees, dist, inf, sqrt
 from operator import add, mul
@@ -46,6 +46,8 @@ ROUNDING = 1e-9  # allowed rounding error of a margin, as a fraction of a range
 # fraction of a joint's range: a walk may exceed a joint limit by this much, because its coarse steps are not the exact
 # line
 BEYOND = 0.02
+# [rad] rotation errors that differ by less count as equal; the arm then takes the joints that it reaches sooner
+SAME_TURN = 1e-5
 THERE = 0.01  # [m, rad] a walk counts as successful if its error at the last pose is smaller
 WALK_DAMPING = 1e-9  # [m2, rad2] damping of the pseudo-inverse at singular joints
 ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {ArmTask.STEADY.value!r}"
@@ -248,32 +250,34 @@ class NumericArm(RobotArm):
     # --- all solutions --------------------------------------------------------------------------------------
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
-        found = self._solutions(T, self.middle)
-        if found:
-            return (min(found, key=lambda q: self.shortest_time(self.middle, q)),)
-        q, _ = self._search(T, self.middle, bounded=False)
-        return (None if q is None else self._best_turns(q),)
+        q = self._least(T, self.middle)
+        if q is None:
+            found, _ = self._search(T, self.middle, bounded=False)
+            q = None if found is None else self._best_turns(found)
+        return (q,)
 
     def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:  # noqa: ARG002 (the arm has no words)
         self.check_task(T)
-        found = self._solutions(T, near)
-        if not found:
+        q = self._least(T, near)
+        if q is None:
             raise self._nowhere(T, near)
-        return min(found, key=lambda q: self.shortest_time(near, q))
+        return q
 
-    def _solutions(self, T: Transform, near: Joints) -> list[Joints]:
-        """Return solutions inside the limits. For a redundant arm, return the solution that a search from `near` finds.
-        For other arms, or if this search fails, return the solutions found from the first successful round of starting
-        points.
+    def _least(self, T: Transform, near: Joints) -> Joints | None:
+        """Return the joints within the limits that have the least rotation error; among equal errors those that the arm
+        reaches soonest from `near`. Return None if no joints are found.
+
+        For a redundant arm, return the joints that a search from `near` finds, if there are any.
         """
         if not self.unchanging.allows(T) or self.beyond(T):
-            return []
-        if self.model.joint_count > self.model.task.size:
-            q, _ = self._search(T, near, bounded=True)
-            if q is not None:
-                return [q]
-        found = (self._inside(q, near) for q, _ in self.batch.solutions(T, near))
-        return [q for q in found if q is not None]
+            return None
+        if self.redundancy and (near_by := self._search(T, near, bounded=True)[0]) is not None:
+            return near_by
+        solutions = self.batch.solutions(T, near)
+        found = [(q, turned) for solved, turned in solutions if (q := self._inside(solved, near)) is not None]
+        most = min([turned for _, turned in found], default=inf) + SAME_TURN
+        least = [q for q, turned in found if turned <= most]
+        return min(least, key=partial(self.shortest_time, near), default=None)
 
     def beyond(self, T: Transform) -> bool:
         start, (most, *_) = levers(self.model)

@@ -129,15 +129,15 @@ class SphericalShoulderArm(NumericArm):
                 return (found,)
         return super().branches(T)
 
-    def _solutions(self, T: Transform, near: Joints) -> list[Joints]:
-        """Return a list with the solution inside the limits that the arm reaches soonest from `near`. If the pose is
+    def _least(self, T: Transform, near: Joints) -> Joints | None:
+        """Return the solution inside the limits that the arm reaches soonest from `near`. If the pose is
         close to the flange's pose at `near`, return the solution that the numerical search finds from `near`.
         """
         if self.beyond(T):
-            return []
+            return None
         close = max(map(abs, self.missing(near, T)[1])) < CLOSE
         if close and (q := self._search(T, near, bounded=True)[0]) is not None:
-            return [q]
+            return q
         for step in STEPS:
             best, least = near, inf
             for q7 in self._grid(near[6], step):
@@ -146,9 +146,8 @@ class SphericalShoulderArm(NumericArm):
                 for k in range(1, HALVINGS + 1):
                     for q7 in (best[6] - step * 0.5**k, best[6] + step * 0.5**k):
                         best, least = self._quicker(T, near, q7, best, least)
-                return [best]
-        q = None if close else self._search(T, near, bounded=True)[0]
-        return [] if q is None else [q]
+                return best
+        return None if close else self._search(T, near, bounded=True)[0]
 
     def _grid(self, q7: float, step: float) -> list[float]:
         """Return the values q7 + k step (k an integer) in the range of joint 7, in order of their distance from q7."""

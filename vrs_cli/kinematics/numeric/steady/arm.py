@@ -8,34 +8,31 @@ desired pose as well as on the actual pose.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property, lru_cache, partial
-from math import dist, inf
+from functools import cached_property, lru_cache
+from math import dist
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
-from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import Unchanging
-from vrs_cli.kinematics.joints import NONE, Configuration, Demands, Joints, Twist
+from vrs_cli.kinematics.joints import Configuration, Demands, Joints, Twist
 from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.numeric.arm import NumericArm
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, length, position
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch, SteadyContinuation
 
-# [rad] rotation errors that differ by less count as equal; the arm then takes the joints that it reaches sooner
-SAME_TURN = 1e-5
 
-
-class SteadyArm(RobotArm):
+class SteadyArm(NumericArm):
     """An arm of four or five joints with the task STEADY. It has one configuration, which no word (RIGHTY, ABOVE ...)
     selects. The methods are those of `arm.RobotArm`.
     """
 
-    seed_step = 0.1
     method = "damped least squares within the limits, the tool turned as nearly as can be"
 
     def __init__(self, model: RobotModel, T_flange_tool: Transform = IDENTITY) -> None:
         super().__init__(model)
+        self.redundancy, self.guesses = 0, False  # the orientation determines the joints that the position leaves free
         self.steady = self
         self.tool = at_position(IDENTITY, *position(T_flange_tool))
 
@@ -53,7 +50,7 @@ class SteadyArm(RobotArm):
         """Accept every tool, because only the position of its tip counts."""
 
     @cached_property
-    def batch(self) -> SteadyBatch:
+    def batch(self) -> SteadyBatch:  # type: ignore[override] # its searches have other steps
         from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch  # imported here because it loads numpy
 
         return SteadyBatch(self.model, self.unchanging, self.tool)
@@ -66,12 +63,6 @@ class SteadyArm(RobotArm):
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         return (self._least(T, self.middle),)
 
-    def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:  # noqa: ARG002 (the arm has no words)
-        found = self._least(T, near)
-        if found is None:
-            raise self._nowhere(T, near)
-        return found
-
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
         return self.batch.within_ranges(T, near)
 
@@ -80,15 +71,8 @@ class SteadyArm(RobotArm):
 
         return float(PointConditions(self.batch.conditions, q, T).at.angle[0])
 
-    def _least(self, T: Transform, near: Joints) -> Joints | None:
-        """Return the joints within the limits that have the least rotation error; among equal errors those that the arm
-        reaches soonest from `near`. Return None if no joints reach the position.
-        """
-        found = self.batch.solutions(T, near)
-        turned_near = [(q, turned) for solved, turned in found if (q := self._inside(solved, near)) is not None]
-        least = min((turned for _, turned in turned_near), default=inf)
-        near_least = (q for q, turned in turned_near if turned <= least + SAME_TURN)
-        return min(near_least, key=partial(self.shortest_time, near), default=None)
+    def beyond(self, T: Transform) -> bool:  # noqa: ARG002 (the search decides)
+        return False
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
         """Return the error for a location that cannot be reached: a joint would be out of its range, or the location is

@@ -104,7 +104,7 @@ class SteadyBatch(SearchBatch):
             if not len(rows):
                 break
             bend = conditions.bend(at, multipliers)
-            step, multipliers = self._newton_step(at, bend)
+            step, multipliers = conditions.newton(at, bend)
             size = np.abs(step).max(axis=1)
             q[rows] += step * np.minimum(1.0, LARGEST_STEP / np.maximum(size, LARGEST_STEP))[:, None]
             done = size < SETTLED
@@ -169,20 +169,6 @@ class SteadyBatch(SearchBatch):
         pull = (at.turn @ at.sine[:, :, None])[:, :, 0]
         slope = (np.swapaxes(bent, 1, 2) @ to_place[:, :, None] - np.swapaxes(ways, 1, 2) @ pull[:, :, None])[:, :, 0]
         return np.clip(to_place + least_in_box(ways, slope, curve, low - to_place, high - to_place), low, high)
-
-    def _newton_step(self, at: Terms, bend: Floats) -> tuple[Floats, Floats]:
-        """Return the step of Newton's method (N, n) towards joints that satisfy the conditions, and the multipliers
-        after the step (N, 3).
-        """
-        conditions, n = self.conditions, self.joints
-        wanted = np.concatenate(((at.turn @ at.sine[:, :, None])[:, :, 0], at.away), axis=1)
-        table = conditions.system(at, bend)
-        table[:, n:, n:] -= 1e-13 * np.eye(PLACES)  # keeps the matrix regular if no joint changes the position
-        try:
-            solved = np.linalg.solve(table, wanted[:, :, None])[:, :, 0]
-        except np.linalg.LinAlgError:  # at least one matrix is singular
-            solved = (np.linalg.pinv(table) @ wanted[:, :, None])[:, :, 0]
-        return np.asarray(solved[:, :n]), np.asarray(solved[:, n:])
 
 
 # --- minimum in a box ----------------------------------------------------------------------------------------------
@@ -333,10 +319,8 @@ class SteadyContinuation:
         """Return joints (N, n) after one step of Newton's method from q to poses T (N, 3, 4)."""
         conditions = self.conditions
         at = conditions.terms(q, T)
-        bend = conditions.bend(at, conditions.multipliers(at))
-        wanted = np.concatenate(((at.turn @ at.sine[:, :, None])[:, :, 0], at.away), axis=1)
-        step = inverses(conditions.system(at, bend)) @ wanted[:, :, None]
-        return np.asarray(q + step[:, : self.n, 0])
+        step, _ = conditions.newton(at, conditions.bend(at, conditions.multipliers(at)))
+        return q + step
 
     def _state(self, q: Floats, T: Floats, twist: Floats) -> tuple[Floats, Floats]:
         """Return joints and multipliers (N, n + 3), and their rates for the twists of the tool, in the units of the

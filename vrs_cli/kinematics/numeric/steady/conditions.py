@@ -149,6 +149,20 @@ class SteadyConditions:
         turned = 0.5 * (trace * np.eye(3) - np.swapaxes(at.mixed, 1, 2)) @ twists[:, 3:, None]
         return np.concatenate(((at.turn @ turned)[:, :, 0], twists[:, :3]), axis=1)
 
+    def newton(self, at: Terms, bend: Floats) -> tuple[Floats, Floats]:
+        """Return the step of Newton's method (N, n) towards joints that satisfy the conditions, and the multipliers
+        after the step (N, 3).
+        """
+        n = self.joints
+        wanted = np.concatenate(((at.turn @ at.sine[:, :, None])[:, :, 0], at.away), axis=1)
+        table = self.system(at, bend)
+        table[:, n:, n:] -= 1e-13 * np.eye(PLACES)  # keeps the matrix regular if no joint changes the position
+        try:
+            solved = np.linalg.solve(table, wanted[:, :, None])[:, :, 0]
+        except np.linalg.LinAlgError:  # at least one matrix is singular
+            solved = (np.linalg.pinv(table) @ wanted[:, :, None])[:, :, 0]
+        return np.asarray(solved[:, :n]), np.asarray(solved[:, n:])
+
     def is_least(self, at: Terms, bend: Floats) -> Flags:
         """Return whether the rotation error is a local minimum (N,): every joint motion that keeps the position
         increases it.
