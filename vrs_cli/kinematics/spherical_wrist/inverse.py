@@ -1,4 +1,4 @@
-"""The geometry and the inverse kinematics of an articulated arm with a spherical wrist, for plain floats.
+"""The geometry and the kinematics of an articulated arm with a spherical wrist, for plain floats.
 
     i   theta   d     a    alpha
     1   q1      d1    a1   -90 deg
@@ -33,11 +33,26 @@ from collections.abc import Callable
 from math import acos, atan2, copysign, cos, dist, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
+from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import Branch
 from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
-from vrs_cli.kinematics.joints import ALL, ARM, ELBOW, WRIST, Configuration, JointKind, Joints, six_turned_near
+from vrs_cli.kinematics.joints import (
+    ALL,
+    ARM,
+    AT_REST,
+    ELBOW,
+    WRIST,
+    Configuration,
+    Demands,
+    JointKind,
+    Joints,
+    Twist,
+    six_turned_near,
+)
 from vrs_cli.kinematics.model import EXACT, RobotModel
 from vrs_cli.kinematics.transform import IDENTITY, Transform
+
+_new = tuple.__new__
 
 ALPHAS = (-pi / 2, 0.0, pi / 2, -pi / 2, pi / 2, 0.0)
 
@@ -198,6 +213,144 @@ def make_branch(geometry: Geometry) -> Branch:
         return found if dist(found, near) < pi else six_turned_near(found, near)
 
     return branch
+
+
+def make_forward(geometry: Geometry) -> Callable[[Joints], Transform]:
+    """Return a function that computes T_base_flange from joints, for an arm with a spherical wrist; it is faster than
+    the generated code.
+    """
+    d1, a1, a2, a3, d4, d6, side, _, _ = geometry
+
+    def forward(q: Joints) -> Transform:
+        q1, q2, q3, q4, q5, q6 = q
+        q23 = q2 + q3
+        c1, s1 = cos(q1), sin(q1)
+        c23, s23 = cos(q23), sin(q23)
+        c4, s4 = cos(q4), sin(q4)
+        c5, s5 = cos(q5), sin(q5)
+        c6, s6 = cos(q6), sin(q6)
+        # compute the axes a and n in frame 3, then rotate them by q23 in the plane of the arm, and by q1 about the
+        # vertical
+        x, y = c4 * s5, s4 * s5
+        e = c23 * x + s23 * c5
+        ax, ay = c1 * e - s1 * y, s1 * e + c1 * y
+        az = c23 * c5 - s23 * x
+        t = c5 * c6
+        x, y = c4 * t - s4 * s6, s4 * t + c4 * s6
+        t = s5 * c6
+        e = c23 * x - s23 * t
+        nx, ny = c1 * e - s1 * y, s1 * e + c1 * y
+        nz = -c23 * t - s23 * x
+        u = a1 + a2 * cos(q2) + a3 * c23 + d4 * s23
+        return _new(
+            Transform,
+            (
+                nx,
+                ay * nz - az * ny,
+                ax,
+                c1 * u - s1 * side + d6 * ax,
+                ny,
+                az * nx - ax * nz,
+                ay,
+                s1 * u + c1 * side + d6 * ay,
+                nz,
+                ax * ny - ay * nx,
+                az,
+                d1 - a2 * sin(q2) - a3 * s23 + d4 * c23 + d6 * az,
+            ),
+        )
+
+    return forward
+
+
+def make_joint_velocity(geometry: Geometry) -> Callable[..., Joints]:
+    """Return the function `joint_velocity` of an arm (`arm.RobotArm`).
+
+    In a singular pose the tool cannot move in one direction (the lost direction). A twist without a component in this
+    direction is solved with joint 1, 3 or 4 at rest; any other twist raises StraightLineSingular with the name of the
+    singularity. Near a singular pose the rates are large, so callers must compare them with the limits.
+
+    Joints 1 to 3 move the wrist centre, and joints 4 to 6 turn the hand about it. So the 6x6 Jacobian splits into three
+    small systems (Hollerbach and Sahar 1983), each with its own singularity:
+
+        shoulder    wrist centre in the plane through the axis of joint 1        u = 0
+        elbow       arm stretched or folded flat                                 sin psi = 0
+        wrist       axes of joints 4 and 6 in one line                           sin q5 = 0
+    """
+    _, a1, a2, a3, d4, d6, side, forearm, _ = geometry
+
+    def joint_velocity(
+        q: Joints,
+        twist: Twist,
+        T_flange_tool: Transform = IDENTITY,
+        demands: Demands = (),  # noqa: ARG001 (no redundant joints)
+    ) -> Joints:
+        q1, q2, q3, q4, q5, q6 = q
+        c1, s1 = cos(q1), sin(q1)
+        c23, s23 = cos(q2 + q3), sin(q2 + q3)
+        c4, s4 = cos(q4), sin(q4)
+        c5, s5 = cos(q5), sin(q5)
+        uu, uv = a2 * cos(q2), a2 * sin(q2)  # upper arm, outward and down
+        fu, fv = a3 * c23 + d4 * s23, a3 * s23 - d4 * c23  # forearm, outward and down
+        u = a1 + uu + fu  # distance of the wrist centre from the axis of joint 1
+        x, y = c4 * s5, s4 * s5
+        e = c23 * x + s23 * c5
+        tx, ty, tz = T_flange_tool[3], T_flange_tool[7], d6 + T_flange_tool[11]
+        # vector from the wrist centre to the tip of the tool
+        rx, ry, rz = tz * (c1 * e - s1 * y), tz * (s1 * e + c1 * y), tz * (c23 * c5 - s23 * x)
+        if tx or ty:  # the tip is not on the axis of joint 6
+            c6, s6 = cos(q6), sin(q6)
+            along, across = c6 * tx - s6 * ty, s6 * tx + c6 * ty
+            x, y = c4 * c5 * along - s4 * across, s4 * c5 * along + c4 * across
+            z = -s5 * along
+            e = c23 * x + s23 * z
+            rx += c1 * e - s1 * y
+            ry += s1 * e + c1 * y
+            rz += c23 * z - s23 * x
+        vx, vy, vz, wx, wy, wz = twist
+        x = vx - wy * rz + wz * ry  # velocity of the wrist centre
+        y = vy - wz * rx + wx * rz
+        out, across, down = c1 * x + s1 * y, c1 * y - s1 * x, wx * ry - wy * rx - vz
+        turn = c1 * wx + s1 * wy
+        # angular velocity of the hand, in the axes of frame 3
+        x, y, z = c23 * turn - s23 * wz, c1 * wy - s1 * wx, s23 * turn + c23 * wz
+        if u > SINGULAR or u < -SINGULAR:
+            qd1 = across / u
+        elif -AT_REST < across < AT_REST:
+            qd1 = 0.0
+        else:
+            raise _singular("shoulder", "the wrist is above or below the axis of joint 1")
+        out += side * qd1
+        stretch = uu * fv - uv * fu  # equals a2 forearm sin psi; 0 if the arm is stretched or folded
+        if abs(stretch) > SINGULAR * a2 * forearm:
+            qd2 = (out * fu + down * fv) / stretch
+            qd23 = -(out * uu + down * uv) / stretch
+        else:
+            h, v = uu + fu, uv + fv
+            reach = hypot(h, v)
+            if reach < SINGULAR or abs(out * h + down * v) > AT_REST * reach:
+                raise _singular("elbow", "the arm is stretched or folded flat")
+            qd2 = qd23 = (down * h - out * v) / (reach * reach)
+        # subtract the angular velocity contributed by joints 1 to 3; the wrist must provide the rest
+        x += s23 * qd1
+        y -= qd23
+        z -= c23 * qd1
+        lost = c4 * x + s4 * y
+        qd5 = c4 * y - s4 * x
+        if s5 > ON_BOUNDARY or s5 < -ON_BOUNDARY:
+            qd6 = lost / s5
+            return qd1, qd2, qd23 - qd2, z - c5 * qd6, qd5, qd6
+        # at a singular wrist joint 4 stays at rest; an angular velocity in the lost direction is refused, because
+        # joints 4 and 6 would have to jump
+        if -SINGULAR <= s5 <= SINGULAR and not -AT_REST < lost < AT_REST:
+            raise _singular("wrist", "the axes of joints 4 and 6 are in one line")
+        return qd1, qd2, qd23 - qd2, 0.0, qd5, z / c5
+
+    return joint_velocity
+
+
+def _singular(which: str, why: str) -> StraightLineSingular:
+    return StraightLineSingular(f"{which}: {why}", "take another path, or go there by MOVE")
 
 
 def make_within(lower: Joints, upper: Joints) -> Callable[[Joints], bool]:
