@@ -8,6 +8,7 @@ from random import Random
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from tests.laws.motion_laws import check_continuous, check_limits, off_line
 from vrs_cli.engine.engine import Engine
@@ -15,9 +16,10 @@ from vrs_cli.engine.following import Follower
 from vrs_cli.engine.position import joints_over
 from vrs_cli.engine.problem import Here, Problem
 from vrs_cli.engine.single_motion import plan_motion
+from vrs_cli.engine.straight import straight_segments
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar, MotionError
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Profile
+from vrs_cli.kinematics.joints import Configuration, Joints, Profile
 from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import (
@@ -30,6 +32,7 @@ from vrs_cli.kinematics.transform import (
     rotation_z,
     translation,
 )
+from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
@@ -323,20 +326,27 @@ def test_a_joint_at_the_end_of_its_range_may_not_swing_out_first() -> None:
 def test_a_smooth_line_has_more_stretches_and_fewer_samples_of_each(
     profile: Profile, steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked, arm = set[object](), arm_for(MODEL)
-    samples = Follower.samples
-
-    def counted(self: Follower, *arguments: object) -> object:
-        asked.add(arguments[3])
-        return samples(self, *arguments)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(Follower, "samples", counted)
+    arm, law = arm_for(MODEL), LAWS[profile]
     start = (0.2, -0.9, 2.6, 0.3, 0.8, 0.1)
     x, y, z = position(arm.forward(start))
     goal = arm.forward(start)._replace(px=x + 0.05, py=y, pz=z + 0.02)
     motion = Motion(1, MotionKind.STRAIGHT, Start.AT, pose=goal, profile=profile)
-    plan_motion(Problem(arm, Here(JointState(start, (0.0,) * 6)), motion, 0.0))
-    assert asked == {steps}
+    problem = Problem(arm, Here(JointState(start, (0.0,) * 6)), motion, 0.0)
+    poses, solve = list[Transform](), arm.branch_joints
+
+    def counted(T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
+        poses.append(T)
+        return solve(T, configuration, near)
+
+    straight_segments(problem)  # the search of this line for boundaries is remembered
+    monkeypatch.setattr(arm, "branch_joints", counted)
+    counts = []
+    for samples in (law.samples, 2 * law.samples):
+        monkeypatch.setitem(LAWS, profile, structs.replace(law, samples=samples))
+        poses.clear()
+        stretches = len(straight_segments(problem))
+        counts.append(len(poses))
+    assert counts[1] - counts[0] == steps * stretches
 
 
 @pytest.mark.parametrize("aside", [0.0, 3e-10, -3e-10])
