@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import nan, pi, sqrt
+from pathlib import Path
 from random import Random
 
 import numpy as np
 import pytest
 
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.formula import over_arrays, steps_of
+from vrs_cli.kinematics.formula import interpreted, over_arrays, steps_of
 from vrs_cli.kinematics.joints import ALL, Wrist
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.spherical_wrist import inverse
 
 
 def make_root(shift: float) -> Callable[[float], float | None]:
@@ -57,3 +59,15 @@ def test_all_branches_are_those_that_the_formula_gives_one_by_one(robot: str) ->
                 exact = way.wrist is Wrist.NOFLIP or robot == "ur5e"
                 assert q == one if exact else q == pytest.approx(one, abs=1e-12)
                 assert all(abs(x - middle) <= pi + 1e-9 for x, middle in zip(q, arm.middle, strict=True))
+
+
+def test_a_compiled_function_has_an_interpreted_form() -> None:
+    """Here the function is an object that only names its place, as functions of compiled modules do."""
+
+    class Compiled:
+        __module__, __name__ = inverse.__name__, "flipped_wrist"
+
+    assert interpreted(make_root) is make_root
+    found = interpreted(Compiled())  # type: ignore[type-var]
+    assert found.__code__.co_filename == str(Path(str(inverse.__file__)).with_name("inverse.py"))
+    assert found(0.5, 1.0, -0.5, True) == inverse.flipped_wrist(0.5, 1.0, -0.5, True)

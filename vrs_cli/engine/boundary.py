@@ -19,7 +19,7 @@ from itertools import zip_longest
 from math import hypot, inf
 from typing import NamedTuple
 
-from msgspec import Struct, structs
+from msgspec import structs
 
 from vrs_cli.engine.following import Follower
 from vrs_cli.kinematics.arm import RobotArm
@@ -42,6 +42,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
 from vrs_cli.trajectory.segment import CartesianPath, Turn
+from vrs_cli.trajectory.state import FrozenValue
 
 # clearance that must be proved between two samples, as a fraction of the smaller clearance of the two
 KEPT_CLEARANCE = 0.25
@@ -70,7 +71,7 @@ class Touch(NamedTuple):
     which: int
 
 
-class PathSurvey(Struct, frozen=True):
+class PathSurvey(FrozenValue, frozen=True):
     """The result of searching a path for boundaries. `marks`: times [s] around each close approach to a boundary,
     spaced more densely near the approach. `beyond`: a time at which the path is out of reach. `endless`: a time at
     which the search gave up undecided. Each of these two is None if there is no such time.
@@ -238,7 +239,7 @@ def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, f
     return total * across, (sum(bends) + total * total * (1.0 if len(turns) < 2 else 2.0)) * across
 
 
-class Stop(Struct, frozen=True):
+class Stop(FrozenValue, frozen=True):
     """A position at which a line has to stop: the fraction of the line before it, and T_robot_tool, exactly on the
     boundary.
     """

@@ -12,8 +12,6 @@ from math import cbrt, sqrt
 from operator import sub, truediv
 from typing import TypeVar
 
-from msgspec import Struct
-
 from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.engine.problem import joint_acceleration, joint_acceleration_and_jerk
 from vrs_cli.errors import StraightLineSingular
@@ -21,6 +19,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.segment import CartesianPath
+from vrs_cli.trajectory.state import FrozenValue
 
 R = TypeVar("R")
 
@@ -45,7 +44,7 @@ EVEN_PART = 1e-3  # samples count as evenly spaced if their distances differ by 
 SINGULAR = 1e-14  # singular measure of a pose that is singular except for rounding
 
 
-class Load(Struct, frozen=True):
+class Load(FrozenValue, frozen=True):
     """The maximum joint velocity, acceleration and jerk as fractions of their limits; the joint with the largest
     fraction; and `at`: the path, and the time on it [s], at which that fraction occurs.
     """
@@ -72,7 +71,7 @@ class Load(Struct, frozen=True):
         return Load(velocity, acceleration, max(self.jerk, other.jerk), worst.joint, worst.at)
 
 
-class Moment(Struct, frozen=True):
+class Moment(FrozenValue, frozen=True):
     """A sample together with the joint accelerations and jerks at its time [rad/s2, rad/s3]."""
 
     sample: Sample

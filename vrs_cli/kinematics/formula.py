@@ -9,12 +9,14 @@ and one final return.
 from __future__ import annotations
 
 import ast
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import deepcopy
-from functools import cached_property, reduce
+from functools import cache, cached_property, reduce
 from math import inf, pi
+from pathlib import Path
 from textwrap import dedent
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any, cast
 
 from vrs_cli.kinematics.arm import Branch, RobotArm
@@ -46,6 +48,24 @@ class FormulaArm(RobotArm):
         from vrs_cli.kinematics.serial_batch import SerialBatch
 
         return SerialBatch(self.model, self.ways, self.unchanging, over_arrays(self.formula))
+
+
+def interpreted(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function in a form whose source code can be read: the function itself, or its interpreted form from the
+    source file if its module is compiled to C.
+    """
+    if isinstance(function, FunctionType):
+        return function
+    return cast(Callable[..., Any], getattr(_interpreted_module(function.__module__), function.__name__))
+
+
+@cache
+def _interpreted_module(name: str) -> ModuleType:
+    """Execute the source file of a module beside its compiled form."""
+    path = Path(str(sys.modules[name].__file__)).with_name(name.rpartition(".")[2] + ".py")
+    module = ModuleType(name)
+    exec(compile(path.read_text(encoding="utf-8"), path, "exec"), module.__dict__)
+    return module
 
 
 class _OverArrays(ast.NodeTransformer):

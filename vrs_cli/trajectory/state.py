@@ -20,6 +20,12 @@ STEADY = 1e-9  # a smaller acceleration counts as 0 [rad/s2, m/s2]
 BLEND_FACTOR = 2.0
 
 
+class FrozenValue(Struct, frozen=True):
+    """The base class of values in modules that the optional build compiles to C. The compiler ignores arguments of
+    classes, so that only a base class can make them immutable.
+    """
+
+
 class JointState(NamedTuple):
     """The positions, velocities and accelerations of the joints [rad, rad/s, rad/s2].
 

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics import clearance as bounds
-from vrs_cli.kinematics.formula import FormulaArm, every_branch, over_arrays
+from vrs_cli.kinematics.arm import Branch
+from vrs_cli.kinematics.formula import FormulaArm, every_branch, interpreted, over_arrays
 from vrs_cli.kinematics.joints import ALL, WRIST_SINGULAR, Configuration, Joints, Singularity
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.spherical_wrist import inverse
@@ -35,7 +36,7 @@ class SphericalWristArm(FormulaArm):
         self.geometry = geometry
         self.forward = inverse.make_forward(geometry)
         self.joint_velocity = inverse.make_joint_velocity(geometry)  # type: ignore[method-assign]
-        self.formula = self.branch_joints = inverse.make_branch(geometry)  # type: ignore[method-assign, assignment]
+        self.branch_joints = inverse.make_branch(geometry)  # type: ignore[method-assign, assignment]
         self._within = inverse.make_within(model.lower, model.upper)
         lower, upper = zip(*self._nearly_limits, strict=True)
         self.limits_ok = inverse.make_within(lower, upper)
@@ -49,9 +50,14 @@ class SphericalWristArm(FormulaArm):
         return self.geometry._asdict()
 
     @cached_property
+    def formula(self) -> Branch:  # type: ignore[override]
+        formula: Branch = interpreted(inverse.make_branch)(self.geometry)
+        return formula
+
+    @cached_property
     def branches(self) -> Callable[[Transform], tuple[Joints | None, ...]]:
         rest = (0.0, 0.0, 0.0, min(max(0.0, self.model.lower[3]), self.model.upper[3]), 0.0, 0.0)
-        return every_branch(self.formula, self.middle, rest, inverse.flipped_wrist)
+        return every_branch(self.formula, self.middle, rest, interpreted(inverse.flipped_wrist))
 
     def configuration(self, q: Joints) -> Configuration:
         return inverse.configuration_of(self.geometry, q)

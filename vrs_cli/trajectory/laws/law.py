@@ -18,8 +18,6 @@ from itertools import repeat
 from math import sqrt
 from typing import NamedTuple
 
-from msgspec import Struct
-
 from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.transform import (
     Transform,
@@ -34,7 +32,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.polynomial import Polynomial, parabola, value
 from vrs_cli.trajectory.segment import STILL, JointPath, Path, Phase, Segment, ToolStretch
-from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits, ToolState
+from vrs_cli.trajectory.state import FrozenValue, JointLimits, JointState, Target, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
 VERSION = 2  # increase it if a law plans a state differently; in version 1, all joints of SCURVE shared all times
@@ -50,7 +48,7 @@ class NoTimes(ValueError):
     """Raised if the motion cannot reach its target from its start state within the limits."""
 
 
-class Law(Struct, frozen=True):
+class Law(FrozenValue, frozen=True):
     """The functions with which motions of a profile gain and lose velocity.
 
     `smooth`: the acceleration does not jump, and the jerk is limited. `samples`: the number of intervals in which each
@@ -95,7 +93,7 @@ class _Laws(dict[Profile, Law]):
 LAWS = _Laws()
 
 
-class Blend(Struct, frozen=True):
+class Blend(FrozenValue, frozen=True):
     """A change of velocity at constant acceleration, which may jump at both ends."""
 
     lasts: float
@@ -226,7 +224,7 @@ def ramps(by_acceleration: float, by_jerk: float) -> Change:
     return Change(ramp, up_to_grid(reach - ramp), ramp)
 
 
-class Course(Struct, frozen=True):
+class Course(FrozenValue, frozen=True):
     """The times of a whole motion: a change of velocity, the cruise [s], and slowing down, all on the time grid."""
 
     change: VelocityChange
@@ -288,15 +286,19 @@ def joint_stretches(
 class ToolMotion:
     """A straight line of the tool from a state to a target, with its rotation: the current angular velocity (spin)
     decays while a single turn makes the remaining rotation. `dying`: the turns by which the spin decays, each with its
-    axis, and its speed and acceleration at the start.
+    axis, and its speed and acceleration at the start. `acceleration`: that of the tip at the start.
     """
 
-    acceleration: Vector = STILL  # acceleration of the tip at the start
-
     def __init__(
-        self, state: ToolState, target: Transform, limits: ToolLimits, dying: Sequence[tuple[Vector, float, float]]
+        self,
+        state: ToolState,
+        target: Transform,
+        limits: ToolLimits,
+        dying: Sequence[tuple[Vector, float, float]],
+        acceleration: Vector = STILL,
     ) -> None:
         self.state, self.target, self.limits, self.dying = state, target, limits, dying
+        self.acceleration = acceleration
         self.displacement = vector_difference(position(target), position(state.pose))
 
     def orientation_after(self, change: VelocityChange) -> Transform:
@@ -317,10 +319,11 @@ class ToolMotion:
             return self.whole_turn
         return axis_angle(compose(inverse(self.orientation_after(change)), self.target))
 
-    def turn_after_change(self, change: VelocityChange, spin: float) -> float | None:
+    def turn_after_change(self, change: VelocityChange, spin: float) -> float | None:  # noqa: ARG002 (LSPB uses it)
         """Return the angle turned at the end of the change to this spin; None if the value of the polynomials is exact
         enough.
         """
+        return None
 
     def stretches(self, course: Course) -> Iterator[ToolStretch]:
         """Yield the stretches (parts with one polynomial each) of the line, timed by a course; none if the line has no

@@ -29,7 +29,7 @@ from collections.abc import Callable, Iterator, Sequence
 from math import copysign, inf, sqrt
 from typing import NamedTuple
 
-from msgspec import Struct, structs
+from msgspec import structs
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, length, rotated_back, scaled_vector
@@ -37,7 +37,7 @@ from vrs_cli.trajectory.instant import TICK, up_to_grid
 from vrs_cli.trajectory.laws.law import SLIVER, Blend, Coming, Course, Law, ToolMotion, VelocityChange, joint_stretches
 from vrs_cli.trajectory.polynomial import parabola, value
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, ToolStretch, segments_of, stay_inside
-from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target, ToolLimits, ToolState
+from vrs_cli.trajectory.state import NEGLIGIBLE, FrozenValue, JointLimits, JointState, Target, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
 MARGIN = 1.0 + 1e-7  # factor that keeps velocities inside limits after times are rounded to the grid
@@ -52,7 +52,7 @@ def _course(blend: float, cruise: float, slow: float) -> Course:
     return Course(Blend(blend), cruise, Blend(slow))
 
 
-class Component(Struct, frozen=True):
+class Component(FrozenValue, frozen=True):
     """A scalar part of a motion: the remaining displacement, the current velocity, and the limits of velocity,
     acceleration and jerk.
     """
@@ -191,7 +191,7 @@ def search(
     return _times_on_grid(demands, _shortest(try_blend, low, best, first_steps), least)
 
 
-class Try(Struct, frozen=True):
+class Try(FrozenValue, frozen=True):
     """A blend time [s], the total time with this blend (inf: impossible), and the room between the bounds on u."""
 
     blend: float

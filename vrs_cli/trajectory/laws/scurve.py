@@ -391,10 +391,10 @@ class _ToolMotion(ToolMotion):
     """
 
     def __init__(self, state: ToolState, target: Transform, limits: ToolLimits) -> None:
-        self.spin, self.spin_rate = rotated_back(state.pose, state.spin), STILL
+        self.spin, self.spin_rate, acceleration = rotated_back(state.pose, state.spin), STILL, STILL
         if state.accelerating:
-            self.acceleration, self.spin_rate = state.acceleration, rotated_back(state.pose, state.spin_rate)
-        super().__init__(state, target, limits, list(spin_turns(self.spin, self.spin_rate)))
+            acceleration, self.spin_rate = state.acceleration, rotated_back(state.pose, state.spin_rate)
+        super().__init__(state, target, limits, list(spin_turns(self.spin, self.spin_rate)), acceleration)
 
     def course(self, least: float) -> Course:
         limits = self.limits
