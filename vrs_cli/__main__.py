@@ -40,7 +40,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if argv is None else list(argv)
     if arguments and arguments[0] in ("--version", "-V"):
         try:
-            print(f"vrs {__version__}", flush=True)
+            compiled = any(name.startswith("compiled__mypyc.") for name in os.listdir(os.path.dirname(__file__)))
+            print(f"vrs {__version__}{' (compiled)' if compiled else ''}", flush=True)
             return 0
         except (OSError, AttributeError):
             pass  # `vrs_cli.cli.main` handles output that cannot be written
