@@ -15,6 +15,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.problem import Here, NoRoomToStop, Problem
 from vrs_cli.engine.single_motion import plan_motion
 from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.trajectory.state import JointState
@@ -24,19 +25,25 @@ from vrs_cli.values.commands import Motion, MotionKind, Start
 WRIST = 4  # joint 5 by its index: the arm is singular where it is 0, unless its wrist is another
 
 
-def check_line(model: RobotModel, seed: int) -> bool:
-    """Every law for one line; whether it is possible."""
-    random, engine = Random(seed), Engine(model)
+def random_problem(arm: RobotArm, seed: int) -> Problem:
+    """A straight line to plan, from any state of motion."""
+    random, model = Random(seed), arm.model
     profile = random.choice((Profile.LSPB, Profile.SCURVE, Profile.SCURVE))
     state = _state(random, model, profile)
-    pose = engine.arm.forward(_goal(random, model, state.joints))
+    pose = arm.forward(_goal(random, model, state.joints))
     speed = random.uniform(0.2, 1.0)
     rate = random.uniform(0.4, 1.0)
     motion = Motion(
         1, MotionKind.STRAIGHT, Start.AT, pose=pose, speed=speed, rotation=speed, acceleration=rate, profile=profile
     )
+    return Problem(arm, Here(state), motion, 0.0)
+
+
+def check_line(model: RobotModel, seed: int) -> bool:
+    """Every law for one line; whether it is possible."""
+    engine = Engine(model)
     try:
-        segments = plan_motion(Problem(engine.arm, Here(state), motion, 0.0))
+        segments = plan_motion(random_problem(engine.arm, seed))
     except (MotionError, NoRoomToStop):
         return False
     engine.book.timeline = Timeline(segments)
