@@ -507,14 +507,14 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_925  # of Python, in all
+MAX_STATEMENTS = 64_835  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
     "extras": 69,
     "page": 133,
     "hatch_build": 76,
-    "kinematics": 6052,
+    "kinematics": 6031,
     "values": 1674,
     "trajectory": 3442,
     "engine": 5329,
