@@ -254,6 +254,38 @@ def test_a_slider_that_waits_for_the_jog_before_it_moves_nothing_after_an_abort_
         assert page.evaluate(ends) == stands
 
 
+def test_a_short_click_across_a_stop_moves_nothing(ada: Driver) -> None:
+    """The button is pressed, somebody stops the robot, and the button is let go before it counts as held."""
+    page, ends = ada.page, "app.source.timeline.end"
+    ada.tab("Move")
+    ada.press("Joints")
+    plus = page.get_by_role("button", name="plus joint 1", exact=True)
+    key = "one.dispatchEvent(new KeyboardEvent('{}', {{ key: 'Enter' }}))"
+    stop = "commands.connection.tell('pulled', { state: { why: 'somebody has stopped the robot' } })"
+    plus.evaluate(f"(one) => {{ {key.format('keydown')}; {stop}; {key.format('keyup')}; }}")
+    until(page, "app.connection.now() > x", page.evaluate("app.connection.now()") + 0.7)
+    assert page.evaluate(ends) == 0.0
+    plus.evaluate(f"(one) => {{ {key.format('keydown')}; {key.format('keyup')}; }}")
+    ada.joint(1, 10.0)
+
+
+def test_a_slider_moves_nothing_after_an_abort_of_another_of_an_arm_at_rest(
+    ada: Driver, chromium: Browser, served: Serving
+) -> None:
+    page = ada.page
+    with window(chromium) as other:
+        open_robot(other, served)
+        ada.tab("Move")
+        page.evaluate("commands.waits = () => true")  # as long as the answer to JOG is on its way
+        page.evaluate("void app.connection.on('pulled', ({ state }) => { window.told = state.why })")
+        page.locator(".slider-row input[type=range]").nth(1).evaluate(SLIDE, 120)
+        Driver(other).type("ABORT")
+        until(page, "window.told")
+        page.evaluate("commands.waits = () => false")
+        until(page, "app.connection.now() > x", page.evaluate("app.connection.now()") + 0.7)
+        assert page.evaluate("app.source.timeline.end") == 0.0
+
+
 @pytest.mark.long
 def test_the_arm_stops_when_a_browser_is_killed_that_holds_jog(ada: Driver, chromium: Browser, served: Serving) -> None:
     """Each message of a held button commands 0.5 s; then the arm slows down. The lease is kept."""

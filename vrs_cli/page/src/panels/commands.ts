@@ -20,7 +20,7 @@ export class Commands {
   /** Called with each reply and each refused line, for pictures of WHY. */
   replied: (told: Message) => void = () => {};
   refused: (text: string) => void = () => {};
-  /** Called when a stop is sent, or anybody has stopped the arm: drop motions that are not sent yet. */
+  /** Called when a stop is sent, anybody has stopped the robot, or the connection is cut: drop motions that are not sent. */
   stopped: () => void = () => {};
   private readonly questions = new Map<number, Message>();
   private readonly waiting = new Map<number, { text: string; since: number }>();
@@ -38,13 +38,14 @@ export class Commands {
     });
     connection.on("typed", (typed) => transcript.type(typed.text, typed.newline ?? true));
     connection.on("asked", (asked) => this.asked(asked));
-    connection.on("change", ({ delta }) => delta?.motion.text === "BRAKE" && this.stopped());
+    connection.on(["change", "pulled"], ({ delta, state }) => (delta?.motion.text === "BRAKE" || state?.why) && this.stopped());
     connection.on("withdrawn", ({ number }) => this.questions.delete(number) && this.changed());
     connection.on("status", ({ around }) => this.heed(around));
     connection.on("activity", ({ driver }) => this.leased({ driver: driver ?? "" }));
     connection.on("lease", (told) => this.hearLease(told));
     connection.on("state", ({ state }) => {
       this.cuts ||= state === "cut";
+      if (!this.open) this.stopped();
       this.changed();
     });
     connection.on("welcome", (welcome) => this.welcomed(welcome));

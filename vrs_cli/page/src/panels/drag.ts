@@ -63,8 +63,7 @@ export function makeDrag(commands: Commands, slot: HTMLElement, gizmo: Gizmo): P
   connection.on("state", () => {
     if (commands.open) return;
     clearTimeout(timer);
-    wish = null;
-    pulled = {};
+    [wish, pulled] = [null, {}];
     gizmo.drop();
   });
 

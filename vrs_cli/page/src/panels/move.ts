@@ -68,8 +68,8 @@ class Slider {
 }
 
 /** Has a button tell `again` while it is held down, by pointer or key, and `end` when it is let go: `held` if it was for so long.
- * Returns what lets go of it: `silently` where that is not told. */
-function watchHold(button: HTMLElement, again: () => void, end: (held: boolean) => void): (silently: boolean) => void {
+ * Returns `lose`, for a button that is not seen any more, and `drop`: the robot is told nothing of a click, and with `all` of no button. */
+function watchHold(button: HTMLElement, again: () => void, end: (held: boolean) => void): { lose: () => void; drop: (all: boolean) => void } {
   let timer = 0; // 0: not pressed
   let held = false;
   const repeat = (): void => {
@@ -77,29 +77,30 @@ function watchHold(button: HTMLElement, again: () => void, end: (held: boolean) 
     again();
     timer = window.setTimeout(repeat, 1000 * SAID_EVERY);
   };
-  const begin = (): unknown => (timer ||= window.setTimeout(repeat, 1000 * HOLD_AFTER));
-  const letGo = (silently: boolean, click = false): void => {
+  const press = (): unknown => (timer ||= window.setTimeout(repeat, 1000 * HOLD_AFTER));
+  const letGo = (silently = false): void => {
     const [down, was] = [timer > 0, held];
     clearTimeout(timer);
     [timer, held] = [0, false];
-    if (down && !silently && (was || click)) end(was);
+    if (down && !silently) end(was);
   };
   const isKey = (event: KeyboardEvent): boolean => event.key === " " || event.key === "Enter";
   button.addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;
     button.setPointerCapture(event.pointerId);
-    begin();
+    press();
   });
-  button.addEventListener("pointerup", () => letGo(false, true));
+  button.addEventListener("pointerup", () => letGo());
   button.addEventListener("contextmenu", (event) => event.preventDefault()); // a long touch opens a menu
   button.addEventListener("keydown", (event) => {
     if (!isKey(event)) return;
     event.preventDefault();
-    if (!event.repeat) begin();
+    if (!event.repeat) press();
   });
-  button.addEventListener("keyup", (event) => isKey(event) && letGo(false, true));
-  for (const lost of ["pointercancel", "blur"]) button.addEventListener(lost, () => letGo(false));
-  return letGo;
+  button.addEventListener("keyup", (event) => isKey(event) && letGo());
+  const lose = (): void => letGo(!held);
+  for (const lost of ["pointercancel", "blur"]) button.addEventListener(lost, lose);
+  return { lose, drop: (all) => void ((all || !held) && letGo(true)) };
 }
 
 /** Makes the tab in which the arm is moved by hand: SPEED, a slider for each joint, JOG along axes. */
@@ -146,14 +147,14 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
     commands.survey.happened();
     if (end.refusal) commands.note(end.refusal.message, "warning");
   }
-  const letGo: ((silently: boolean) => void)[] = []; // of all buttons
-  window.addEventListener("blur", () => letGo.forEach((one) => one(false)));
-  document.addEventListener("visibilitychange", () => document.hidden && letGo.forEach((one) => one(false)));
+  const buttons: ReturnType<typeof watchHold>[] = [];
+  window.addEventListener("blur", () => buttons.forEach((one) => one.lose()));
+  document.addEventListener("visibilitychange", () => document.hidden && buttons.forEach((one) => one.lose()));
   function jogButton(label: string, index: number, sign: number): HTMLElement {
     const name = frame === "joints" ? label : AXES[frame][index];
     const said = `${sign < 0 ? "minus" : "plus"} ${frame === "joints" ? "joint " : ""}${label}`;
     const button = h("button", { class: "button jog", type: "button", text: sign < 0 ? "−" : "+", title: HINT, "aria-label": said });
-    letGo.push(watchHold(button, () => void press(index, sign), (held) => (held ? void brake() : jog(name, sign * Number(size.value)))));
+    buttons.push(watchHold(button, () => void press(index, sign), (held) => (held ? void brake() : jog(name, sign * Number(size.value)))));
     return button;
   }
   const select = (values: number[]): HTMLSelectElement =>
@@ -178,12 +179,11 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
   const others = h("p", { class: "note", text: "Who drives moves the arm." });
   slot.append(panel, others);
   new ResizeObserver(() => app.wake()).observe(slot); // when the tab is opened
-  commands.stopped = () => [speed, ...sliders].forEach((slider) => slider.drop());
-  connection.on("state", () => {
-    if (commands.open) return;
-    commands.stopped();
-    letGo.forEach((one) => one(true));
-  });
+  commands.stopped = () => {
+    [speed, ...sliders].forEach((slider) => slider.drop());
+    buttons.forEach((button) => button.drop(!commands.open)); // of a button that is held the robot ends the press
+  };
+  connection.on("welcome", () => void connection.ask("at", { act: { kind: "Brake" } })); // lets go of a button held through a cut
 
   const change = new Change(1000 * FOLLOWS);
   return {
