@@ -384,8 +384,8 @@ class CollisionAhead(MotionError, code=-696, text="Collision"):
 
 
 class StreamIsOver(MotionError, code=-692, text="Stream of targets is over"):
-    """A motion that followed a stream of targets cannot be planned again after the stream has ended. (Code chosen by
-    vrs, not by V+.)
+    """A stream of targets has ended: its motion cannot be planned again, and a robot that was stopped does not follow
+    the next chunk. (Code chosen by vrs, not by V+.)
     """
 
 

@@ -351,7 +351,7 @@ def test_who_stops_the_robot_is_not_steered_over(new: New) -> None:
     r = new()
     r.steer(circle(1)).steer(circle(2))
     r.held.abort()  # as another thread or user does
-    with pytest.raises(RequestRefused, match="steers no longer"):
+    with pytest.raises(RequestRefused, match="something else has moved or stopped the robot"):
         r.steer(circle(3))
     r.steer(circle(4)).wait()
     assert np.allclose(r.joints, circle(4))
@@ -404,7 +404,7 @@ def test_a_drag_begins_anew_after_other_motions_and_after_a_stop(new: New) -> No
     assert np.allclose(r.wait().where().xyz, begin.xyz + np.array([20, 0, 0]), atol=1e-3)
     r.drag(begin)
     r.held.abort()
-    with pytest.raises(RequestRefused, match="the tool was let go: something else has moved or stopped the robot"):
+    with pytest.raises(RequestRefused, match="the arm was let go: something else has moved or stopped the robot"):
         r.drag(begin)
     r.drag(begin)
     assert np.allclose(r.wait().where().xyz, begin.xyz, atol=1e-3)

@@ -12,7 +12,7 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.holders.holder import Holder
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.clock import RobotClock
-from vrs_cli.errors import IllegalValue, LeaseHeld, RoleWanted, UsageError
+from vrs_cli.errors import IllegalValue, LeaseHeld, RequestRefused, RoleWanted, UsageError
 from vrs_cli.interfaces.dragging import Dragging
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.targets import RELEASE_AFTER_S, TargetControl
@@ -43,7 +43,9 @@ class Served:
         self.session.actor.finish(self.ann.ask(line), self.session.terminal)
 
     def pull(self, wish: Transform | None, who: Holder | None = None, issued: float | None = None) -> None:
-        self.session.actor.finish((who or self.ann).submit(self.targets.pull(wish, issued)), self.session.terminal)
+        self.session.actor.finish(
+            (who or self.ann).call(lambda _session: self.targets.pull(wish, issued)), self.session.terminal
+        )
 
     def pass_time(self, seconds: float) -> None:
         """What the robot does meanwhile is done."""
@@ -124,10 +126,12 @@ def test_a_wish_that_is_refused_or_passed_over_is_told_too(served: Served) -> No
         served.pull(TABLE, issued=1.5)
     assert served.session.pulled == DragState(issued=1.5)
     served.session.lease = None
+    served.pull(None)
     served.pull(TABLE, issued=1.6)
     served.do("ABORT")
     served.pass_time(0.1)
-    served.pull(TABLE, issued=1.7)
+    with pytest.raises(RequestRefused):
+        served.pull(TABLE, issued=1.7)
     assert served.session.pulled.by == ""
     assert served.session.pulled.issued == 1.7
 
@@ -152,7 +156,8 @@ def test_whatever_else_moves_or_stops_the_robot_breaks_it_off_until_it_is_taken_
     served.pass_time(0.1)
     assert "else" in served.session.pulled.why
     version = served.session.engine.timeline.version
-    served.pull(moved(0.1, 0.0, 0.0))
+    with pytest.raises(RequestRefused, match="else"):
+        served.pull(moved(0.1, 0.0, 0.0))
     served.pass_time(0.1)
     assert served.session.engine.timeline.version == version
     served.pull(None)
@@ -192,7 +197,7 @@ def test_in_virtual_time_each_wish_takes_a_tick() -> None:
     session.perform("MOVE TRANS(0, 450, -150, 90, 90, 0)")
     before = session.engine.now
     for _ in range(100):
-        session.actor.finish(ann.submit(targets.pull(moved(0.05, 0.0, 0.0))), session.terminal)
+        session.actor.finish(ann.call(lambda _session: targets.pull(moved(0.05, 0.0, 0.0))), session.terminal)
     assert session.engine.now == pytest.approx(before + 2.0)
     assert distance(session.engine.position().T_world_tool, moved(0.05, 0.0, 0.0)) < 1e-6
 

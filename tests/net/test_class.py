@@ -44,6 +44,7 @@ from vrs_cli.net.messages import (
 )
 from vrs_cli.net.tokens import OWN_ROBOTS, ClassFolder, add_tokens
 from vrs_cli.values.acts import Survey
+from vrs_cli.values.hand import Axis, Frame, Press, StopJog
 
 
 class Class:
@@ -167,6 +168,19 @@ def test_a_frozen_class_looks_and_stops_and_does_nothing_else(room: Class) -> No
         assert tom.line("ABORT").ok
         assert done(tom.ask(lambda id: Freeze(id, frozen=False))).ok
         assert ada.line("DRIVE 1, 10").ok
+
+
+def test_a_button_pressed_while_the_class_is_frozen_moves_nothing_until_it_is_pressed_anew(room: Class) -> None:
+    step = Press(Axis(Frame.JOINT, 0), 5.0, 20.0)
+    with room.call("teacher", "ada") as tom, room.call("ada") as ada:
+        assert done(tom.ask(Freeze)).ok
+        assert not done(ada.ask(lambda id: At(id, step))).ok
+        assert done(tom.ask(lambda id: Freeze(id, frozen=False))).ok
+        refused = done(ada.ask(lambda id: At(id, step)))
+        assert refused.refusal is not None
+        assert "let the button go" in refused.refusal.hint
+        assert done(ada.ask(lambda id: At(id, StopJog()))).ok
+        assert done(ada.ask(lambda id: At(id, step))).ok
 
 
 def test_programs_are_handed_in_and_collected(room: Class) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from tests.live import until
 from tests.net.serving import said_in
-from vrs_cli.errors import DeviceNotReady
+from vrs_cli.errors import DeviceNotReady, FileError
 from vrs_cli.interfaces.dialogue import quietly
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.words.word import Role
@@ -37,6 +37,7 @@ from vrs_cli.net.messages import (
     Line,
     Located,
     Positions,
+    Pulled,
     Refused,
     ServerMessage,
     Shown,
@@ -225,26 +226,78 @@ def test_letting_go_of_a_key_is_for_who_drives(tmp_path: Path) -> None:
         assert "ada" in done.refusal.message
 
 
+STEP = Press(Axis(Frame.JOINT, 0), 5.0, 20.0)
+
+
+def ask(wire: Wire, act: Press | StopJog) -> Done:
+    """Carry out the act of a button, and return how it has ended."""
+    wire.ids += 1
+    wire.client.receive(At(wire.ids, act))
+    wire.until(lambda: any(isinstance(one, Done) and one.id == wire.ids for one in wire.heard))
+    return next(one for one in wire.heard if isinstance(one, Done) and one.id == wire.ids)
+
+
 def test_a_button_held_through_a_stop_and_a_change_of_the_lease_moves_nothing(tmp_path: Path) -> None:
     with served(tmp_path, realtime=1.0) as it:
         ada, bob = it.call("ada"), it.call("bob")
-
-        def press(number: int, act: Press | StopJog) -> bool:
-            bob.client.receive(At(number, act))
-            bob.until(lambda: any(isinstance(one, Done) and one.id == number for one in bob.heard))
-            return next(one.ok for one in bob.heard if isinstance(one, Done) and one.id == number)
-
-        step = Press(Axis(Frame.JOINT, 0), 5.0, 20.0)
         assert ada.line("x = 1").ok
-        assert not press(101, step)
+        assert not ask(bob, STEP).ok
         assert ada.line("ABORT").ok
         ada.client.receive(Drive(1, LeaseAct.RELEASE))
         before = it.version
-        assert not press(102, step)
+        assert not ask(bob, STEP).ok
         assert it.version == before
-        press(103, StopJog())
-        assert press(104, step)
+        ask(bob, StopJog())
+        assert ask(bob, STEP).ok
         assert it.version > before
+
+
+def test_a_button_pressed_while_the_disk_is_full_moves_nothing_until_it_is_pressed_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with served(tmp_path, realtime=1.0) as it:
+        ada = it.call("ada")
+
+        def fail() -> None:
+            raise FileError("the disk is full")
+
+        with monkeypatch.context() as patch:
+            patch.setattr(it.room.durable_log, "check", fail)
+            refused = ask(ada, STEP).refusal
+            assert refused is not None
+            assert "the disk is full" in refused.message
+        for _ in range(2):
+            assert not ask(ada, STEP).ok
+        assert it.version == 0
+        assert ask(ada, StopJog()).ok
+        assert ask(ada, STEP).ok
+
+
+def test_a_button_held_through_a_cut_moves_nothing_until_it_is_pressed_anew(tmp_path: Path) -> None:
+    with served(tmp_path, realtime=1.0) as it:
+        ada = it.call("ada")
+        assert ask(ada, STEP).ok
+        before = it.version
+        ada.client.attach(ada, Hello((1,)))  # the client has connected again
+        refused = ask(ada, STEP).refusal
+        assert refused is not None
+        assert "the connection was lost" in refused.message
+        assert it.version == before
+        ask(ada, StopJog())
+        assert ask(ada, STEP).ok
+
+
+def test_each_stop_is_told_though_the_arm_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A page drops what its user has not sent yet."""
+    with served(tmp_path) as it:
+        ada = it.call("ada")
+        told: list[object] = []
+        monkeypatch.setattr(it.room.broadcast, "announce", told.append)
+        for number in (1, 2):
+            assert ada.line("ABORT").ok
+            ada.until(lambda number=number: sum(isinstance(one, Pulled) for one in told) == number)
+            (*_, pulled) = (one for one in told if isinstance(one, Pulled))
+            assert pulled.state.why
 
 
 def test_a_designer_stops_drags_and_slows_his_own_motions(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ there. `Hold` names the limit that keeps the tool from the target.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from math import inf, pi, radians, sin
 from typing import NamedTuple
@@ -21,7 +21,7 @@ from typing import NamedTuple
 from vrs_cli.engine import position, targets
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import CollisionAhead
-from vrs_cli.interfaces.streams import DRAG_TICK, DRAGGING, chase, velocity_between
+from vrs_cli.interfaces.streams import DRAG_TICK, DRAGGING, velocity_between
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Arm, Configuration, Joints, largest_change, put_inside
 from vrs_cli.kinematics.model import RobotModel, some_joints
@@ -80,12 +80,6 @@ class JointPace(NamedTuple):
 
     ahead: Joints
     lag: Joints
-
-    @classmethod
-    def of(cls, velocity: Iterable[float], acceleration: Iterable[float]) -> JointPace:
-        """Return the allowed distances for joints with the given maximum velocities and accelerations."""
-        rows = list(zip(velocity, acceleration, strict=True))
-        return cls(tuple(v * max(LAG_S, STOPPING_FACTOR * v / a) for v, a in rows), tuple(v * LAG_S for v, _ in rows))
 
 
 class Search:
@@ -323,7 +317,9 @@ class Dragging:
         tick, self._last = DRAGGING.tick(DRAG_TICK if self._last is None else now - self._last), now
         fraction, model = targets.fraction_of_full(1.0, engine.settings).fraction, engine.model
         fastest = [v * fraction for v in model.max_velocity]
-        pace = JointPace.of(fastest, [a * engine.settings.acceleration for a in model.max_acceleration])
+        strongest = [a * engine.settings.acceleration for a in model.max_acceleration]
+        ahead = [v * max(LAG_S, STOPPING_FACTOR * v / a) for v, a in zip(fastest, strongest, strict=True)]
+        pace = JointPace(tuple(ahead), tuple([v * LAG_S for v in fastest]))
         lasting = max(engine.end - now, 0.0)
         coming = [position.joints_at(engine.arm, engine.timeline, now + share * lasting) for share in COMING_SHARES]
         before, steady = pursuit.goal, pursuit.steady
@@ -334,7 +330,8 @@ class Dragging:
             velocity = (0.0,) * len(velocity)
         if now < engine.end or largest_change(coming[0], pursuit.goal) > REST_TOLERANCE:
             try:
-                chase(engine, DRAGGING, Target(pursuit.goal, velocity, *pursuit.range), tick, issued=issued)
+                target = Target(pursuit.goal, velocity, *pursuit.range)
+                engine.steer(target, tick, text=DRAGGING.text, issued=issued)
             # drop the target: the arm continues its previous motion, which ends without a contact
             except CollisionAhead as error:
                 return Shortfall(held.away, held.turned, (Hold(Limit.CONTACT, which=error.detail),))

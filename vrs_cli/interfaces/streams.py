@@ -42,14 +42,6 @@ def velocity_between(a: Joints, b: Joints, seconds: float) -> Joints:
     return tuple([(y - x) / seconds for x, y in zip(a, b, strict=True)])
 
 
-def chase(
-    engine: Engine, tempo: Tempo, target: Target, lasting: float, speed: float = 1.0, issued: float | None = None
-) -> None:
-    """Follow a moving target from now on for `lasting` [s], the expected time until the next target. `speed`: fraction
-    of full speed; `issued`: when the user sent the target [s]. Raises PowerOff, JointOutOfRange, CollisionAhead."""
-    engine.steer(target, tempo.tick(lasting), speed=speed, text=tempo.text, issued=issued)
-
-
 # --- targets to steer to ---------------------------------------------------------------------------------------------
 
 # factor applied with each late target to the longest wait so far, so that an old long wait is forgotten
@@ -128,7 +120,7 @@ class Steering:
         tick = STEERING.tick(since)
         moving = Target(goal, velocity_between(last[1], goal, tick))
         # late targets arrive in bursts: extrapolate long enough to keep moving until the next burst
-        chase(engine, STEERING, moving, max(tick, self._wait), self.speed)
+        engine.steer(moving, STEERING.tick(max(tick, self._wait)), speed=self.speed, text=STEERING.text)
 
     def _wait_for(self, t: float | None) -> float:
         """Wait until time t [s]; do not wait if t is None or has already passed. Return the current instant [s]."""

@@ -16,13 +16,14 @@ from __future__ import annotations
 
 from collections import deque
 from enum import Enum, auto
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from msgspec import Struct, field, structs
 
 from vrs_cli.errors import LeaseHeld, RoleWanted, UsageError
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.text.ast import Assignment, DoInstruction, ExplainCommand, Instruction, Show, Statement
 from vrs_cli.language.words import instructions, monitor
 from vrs_cli.language.words.word import Role
@@ -270,10 +271,11 @@ class LineEditor(Protocol):
 
 
 class StreamKind(Enum):
-    """How a user sends a stream of targets: as joints, by dragging the tool, by holding a button of the page down, or
-    by pressing keys in JOG."""
+    """How a user sends a stream of targets: as joints, in chunks of joints, by dragging the tool, by holding a button
+    of the page down, or by pressing keys in JOG."""
 
     STEER = auto()
+    CHUNKS = auto()
     DRAG = auto()
     BUTTON = auto()
     KEYS = auto()
@@ -281,18 +283,18 @@ class StreamKind(Enum):
 
 class TargetStream(Struct, eq=False):
     """A stream of targets that a user has opened and not yet closed. `ended`: why the robot no longer follows the
-    stream; empty while the robot follows it. `version`: the version of the timeline after the last target. Only for a
-    dragged tool: `dragging` controls the arm; `pose` is the last target, which the user sent at `issued` [s] (the
-    user's clock) and which arrived at `heard` [s] (the robot's clock)."""
+    stream; empty while the robot follows it. `last`: when the last pose arrived, or when the last chunk ends [s], by
+    the robot's clock. Only for a dragged tool: `version` is the version of the timeline after the last step; `dragging`
+    controls the arm; `pose` is the last target, which the user sent at `issued` [s], by the user's clock."""
 
     kind: StreamKind
     user_state: UserState
     ended: str = ""
     version: int = -1
     dragging: Dragging | None = None
-    pose: Transform | None = None
+    pose: Transform = IDENTITY
     issued: float | None = None
-    heard: float = 0.0
+    last: float = -inf
 
 
 # the reason why the robot no longer follows a stream, shown to its user

@@ -19,7 +19,7 @@ from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, quietly
 from vrs_cli.interfaces.monitor.explaining import Drawable, sketch
 from vrs_cli.interfaces.port.port import Outlet
 from vrs_cli.interfaces.port.user_session import Pending, UserSession
-from vrs_cli.interfaces.session.acts import ACTS
+from vrs_cli.interfaces.session.acts import ACTS, TARGETS
 from vrs_cli.interfaces.targets import TargetControl
 from vrs_cli.interfaces.users import USUAL_ALLOWED, HolderTimes, UserState, check_may
 from vrs_cli.language.text.parser import MAX_LINE_CHARS
@@ -41,12 +41,7 @@ from vrs_cli.wire.codec import Encoding
 
 TYPING = messages.Complete | messages.Check  # requests that a client sends while its user types
 AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # messages that are never delayed to share CPU time
-# acts that require a role, which is checked here: the name of the act in errors, and the role
-CHECKED: Mapping[type, tuple[str, Role]] = {
-    KeepDraft: ("a program", Role.SUPERVISOR),
-    StopProgram: ("ABORT", Role.DESIGNER),
-}
-CHANGING = (*CHECKED, Press, StopJog)  # types of acts that move or change something
+CHANGING = (KeepDraft, StopProgram, Press, StopJog)  # types of acts that move or change something
 MAX_PENDING_QUESTIONS = 200  # maximum number of requests for data that one user may have pending
 
 
@@ -100,9 +95,8 @@ class ClientSession(UserSession):
         self.heard_at = robot.wall()
         self._robot, self._users, self._wall = robot, users, robot.wall
         self._listener: Listener | None = None
-        self._drag_targets: deque[messages.Drag] = deque(maxlen=1)  # newest target, until the robot took it
+        self._drag_targets: deque[messages.Drag] = deque(maxlen=1000)  # targets that the robot has not taken yet
         self._pulling: Pending | None = None  # the pending request in which the robot takes this target
-        self._drag_refused = False  # whether the user was already told that the robot refuses the targets
         self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply in parts, then the later messages
         self._status: PromptStatus | None = None  # the status that was last sent
         self._columns: int | None = None  # width of the client's screen, for rendered replies
@@ -121,6 +115,8 @@ class ClientSession(UserSession):
     def detach(self) -> None:
         """Drop the closed socket; the client may connect again with another one."""
         listener, self._listener, self.link = self._listener, None, None
+        if self.user_state.streams:
+            self.session.actor.call(lambda: TargetControl(self.session).lose(self.user_state))
         self.pace.waiting = 0
         if listener is not None:
             self._robot.broadcast.leave(listener)
@@ -265,6 +261,12 @@ class ClientSession(UserSession):
         if self._robot.driving.lease.holder != self.name:
             self._share.spend(seconds, self._wall(), typing=typing)
 
+    def refuse(self, message: messages.ClientMessage, error: Exception, outlet: Outlet) -> None:
+        drag = isinstance(message, messages.Drag) and message.pose is not None
+        if drag or (isinstance(message, messages.At) and isinstance(message.act, Press)):
+            self.put(quietly(lambda: TargetControl(self.session).refuse(str(error), drag=drag)))
+        super().refuse(message, error, outlet)
+
     def park(self, message: messages.ClientMessage, size: int) -> bool:
         """Queue a request of `size` bytes if it has to wait; return whether it was queued. Of the queued completions,
         and of the queued checks, only the newest stays; the older requests get an empty answer."""
@@ -326,11 +328,9 @@ class ClientSession(UserSession):
             case messages.Line(text=text) | messages.At(act=Say(line=text)):
                 return robot.check_and_note(dialogue, lambda: robot.may_always(text))
             case messages.At(act=UserAct() as act):
-                always = not isinstance(act, KeepDraft | Press)
-                if needs := CHECKED.get(type(act)):
-                    dialogue = _after(partial(self.session.check_may, *needs), dialogue)
+                always = not isinstance(act, KeepDraft)
             case messages.At(act=act):
-                always = isinstance(act, Undo) or ACTS[type(act)].role is Role.OBSERVER
+                always = isinstance(act, Undo | TARGETS) or ACTS[type(act)].role is Role.OBSERVER
         return robot.check_and_note(dialogue, lambda: always)
 
     def submit(self, dialogue: Dialogue[Any], pending: Pending, *, urgent: bool = False) -> None:
@@ -404,26 +404,25 @@ class ClientSession(UserSession):
         self._robot.audit.note(self._robot.name, self.name, self.address, what, result)
 
     def _drag(self, message: messages.Drag) -> None:
-        """Give the robot a target for the dragged tool. The target replaces the previous one if the robot has not taken
-        the previous one yet."""
+        """Give the robot a target for the dragged tool. If the robot has not taken the previous targets yet, only the
+        releases of the tool and the newest target count."""
         self._drag_targets.append(message)
-        if self._pulling is None:
-            self._pull()
+        self._pull()
 
     def _pull(self) -> None:
+        if self._pulling is not None or not self._drag_targets:
+            return
         self._pulling = Pending(0, self.send, answer=lambda _found: None)
-        self.submit(self._robot.check_and_note(self._pull_tool(), lambda: False), self._pulling)
+        self.submit(self._robot.check_and_note(self._pull_tool(), lambda: True), self._pulling)
 
     def _pull_tool(self) -> Dialogue[None]:
-        target = self._drag_targets.pop()
-        try:
-            yield from TargetControl(self.session).pull(target.pose, target.issued)
-        except VrsError as error:
-            if not self._drag_refused:
-                yield refusal(error, "")
-            self._drag_refused = True
-        else:
-            self._drag_refused = self._drag_refused and target.pose is not None
+        waiting = [self._drag_targets.popleft() for _ in range(len(self._drag_targets))]
+        for target in [one for one in waiting if one.pose is None or one is waiting[-1]]:
+            try:
+                TargetControl(self.session).pull(target.pose, target.issued)
+            except VrsError as error:  # it ends the stream: later targets are ignored
+                if not isinstance(error, RequestRefused):
+                    yield refusal(error, "")
 
     def _use_folder(self, message: messages.Put | messages.Get | messages.Names, outlet: Outlet) -> None:
         robot = self._robot
@@ -460,8 +459,7 @@ class ClientSession(UserSession):
         pulled = pending is self._pulling
         if pulled:
             self._pulling = None
-            if self._drag_targets:
-                self._pull()
+            self._pull()
         if what := _audit_text(pending.message):
             error = ticket.error(0.0)
             wrong = str(error) if error is not None else None if pending.wrong is None else _wrong(pending.wrong)
@@ -527,12 +525,6 @@ def _audit_text(message: messages.ClientMessage | None) -> str:
         case messages.Get(name=name):
             return f"(get {name})"
     return ""
-
-
-def _after(check: Callable[[], None], dialogue: Dialogue[Any]) -> Dialogue[Any]:
-    """Return a dialogue that first calls `check`, which raises an error if the dialogue may not run."""
-    check()
-    return (yield from dialogue)
 
 
 def _wrong(reply: Reply) -> str:

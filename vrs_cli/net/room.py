@@ -93,7 +93,7 @@ class Room(ServedRobot):
         self.session.body.listeners.append(self._tell_body_news)
         self.session.driver.lags, self.session.actor.spent = self._lags, self._charge
         self._pulled = messages.Pulled(self.session.pulled)
-        self._pulled_at = wall()
+        self._pulled_at, self._stops = wall(), 0
         self.session.actor.serve()
 
     @cached_property
@@ -330,8 +330,9 @@ class Room(ServedRobot):
             self.broadcast.announce(activity)
         pulled, sent, wall = self.session.pulled, self._pulled.state, self.wall()
         same = pulled.by == sent.by and pulled.held.holds == sent.held.holds
-        if pulled != sent and (not same or wall - self._pulled_at > PULLED_PERIOD_S):
-            self._pulled, self._pulled_at = messages.Pulled(pulled), wall
+        stopped = self.session.stops != self._stops
+        if stopped or (pulled != sent and (not same or wall - self._pulled_at > PULLED_PERIOD_S)):
+            self._pulled, self._pulled_at, self._stops = messages.Pulled(pulled), wall, self.session.stops
             self.broadcast.announce(self._pulled)
 
     # --- periodic work ---

@@ -312,6 +312,7 @@ class ServedRobot:
             self.console, plan.model, clock=clock, limits=limits, folder=self.folder, advice=advice
         )
         session.driving, session.lease = self.driving, self.binding_lease(self.driving.lease)
+        session.check_room = self._check
 
         def submit(dialogue: Dialogue[None], urgent: bool) -> None:
             answered = session.divergence.report_failure(self.check_and_note(dialogue, lambda: urgent))

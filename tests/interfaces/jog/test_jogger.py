@@ -16,6 +16,7 @@ from vrs_cli.errors import (
     IllegalValue,
     JointOutOfRange,
     PowerOff,
+    RequestRefused,
     RobotNotAttached,
     TooNear,
     UndefinedValue,
@@ -24,7 +25,6 @@ from vrs_cli.errors import (
 from vrs_cli.interfaces.jog.jogger import AXES, NEXT_STEP_LEAD_S, Jogger, axis_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.targets import TargetControl
-from vrs_cli.interfaces.users import StreamKind
 from vrs_cli.kinematics.joints import Profile, largest_change
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
@@ -379,6 +379,7 @@ def test_another_axis_takes_over(live: Session, wall: ManualWall) -> None:
     before = degrees_of(live)
     jogger.press(JOINT_1, 50.0)
     wall.seconds += 1.0
+    live.settle()
     jogger.press(JOINT_2, 1.0)
     wall.seconds += 10.0
     changes = [b - a for a, b in zip(before, degrees_of(live), strict=True)]
@@ -480,7 +481,7 @@ class HeldButton:
         self._control, self._jogger = TargetControl(session), Jogger(session)
 
     def do(self, act: Press | StopJog | Look) -> Seen:
-        return self._control.jog(self._jogger, act, StreamKind.BUTTON)
+        return self._control.jog(self._jogger, act)
 
 
 def held_down(session: Session, wall: ManualWall, presses: int) -> HeldButton:
@@ -513,7 +514,7 @@ def test_an_arm_that_was_stopped_by_hand_waits_until_the_button_is_let_go(live: 
     live.stop()
     stands = live.engine.end
     wall.seconds += 0.5
-    with pytest.raises(UsageError, match="let the button go"):
+    with pytest.raises(RequestRefused, match="let the button go"):
         held.do(UP)
     assert live.engine.end == stands
     held.do(StopJog())

@@ -20,7 +20,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.operands import may_replace
 from vrs_cli.interfaces.targets import TargetControl
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
-from vrs_cli.interfaces.users import StreamKind, UserState
+from vrs_cli.interfaces.users import UserState
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Vector
 from vrs_cli.language.text.parser import variables_in
@@ -236,6 +236,7 @@ class Conversation:
             case acts.LeaveEntry():
                 yield from self._guard(self.leave_entry(act.why), "")
             case acts.StopProgram():
+                self.session.check_may("ABORT", word.Role.DESIGNER)
                 # the end of the program is reported later, when the arm has stopped
                 track = self.session.tasks.get(ROBOT_PROGRAM)
                 if track is None or not track.running:
@@ -245,6 +246,9 @@ class Conversation:
                 else:
                     yield results.Message(f"{track.task.program} was started by somebody else: ABORT stops it")
             case acts.ReadDraft() | acts.KeepDraft():
+                self.session.check_may(
+                    "a program", word.Role.SUPERVISOR if isinstance(act, acts.KeepDraft) else word.Role.OBSERVER
+                )
                 draft = self.user_state.on_screen
                 return (
                     yield from draft.do(act)
@@ -252,10 +256,7 @@ class Conversation:
                     else editors.do_without_screen(self.session, act)
                 )
             case hand.Press() | hand.StopJog() | hand.Look():
-                shown = self.user_state.on_screen
-                jogger = shown if isinstance(shown, Jogger) else self._jogger
-                kind = StreamKind.BUTTON if jogger is self._jogger else StreamKind.KEYS
-                return TargetControl(self.session).jog(jogger, act, kind)
+                return TargetControl(self.session).jog(self._jogger, act)
         return None
 
     def interrupt(self, ticket: Ticket[Any]) -> None:

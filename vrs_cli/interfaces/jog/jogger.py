@@ -36,7 +36,7 @@ JOG_JOINTS_HINT = "jog the joints away from there first"
 # [mm, deg] at the end of the reach, shorten a line by each of these lengths, the smallest first, until the joints can
 # follow it
 SHORTENINGS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)
-HALVINGS = 12  # number of bisections that find the end of the reach within one piece (INCREMENT) of a step
+SMALLEST_PIECE = 0.5**13  # find the end of the reach within this fraction of a piece (INCREMENT) of a step
 MAX_STEP = 1000.0  # [mm, deg] larger steps are refused
 # [deg] rotations of the tool must be smaller: the arm would make a larger one in the other direction
 MAX_TURN_DEG = 180.0
@@ -106,7 +106,8 @@ def axis_of(engine: Engine, name: str) -> hand.Axis:
 
 class Jogger:
     """The control of a station's arm by steps. (A station is one robot with its programs, variables and clock.)
-    `speed`: in percent of full speed. `said`: the message about the last key."""
+    `speed`: in percent of full speed. `said`: the message about the last key. `version`: the version of the timeline
+    after the last key that moved the arm."""
 
     def __init__(self, station: Station, speed: float = 100.0) -> None:
         self.station, self.speed = station, speed
@@ -114,31 +115,28 @@ class Jogger:
         self.joints = self.engine.model.joint_count
         self.units = self.engine.model.units
         self._key: tuple[hand.Axis, float, float] | None = None  # axis, amount and speed of the current step
-        self.said = ""
+        self.said, self.version = "", -1
         self._goes_on = False  # whether the current step began before the previous step of the same key had ended
 
     def do(self, act: hand.Press | hand.StopJog | hand.Look) -> hand.Seen:
         """Carry out the action of a key. Return the resulting state of the robot, including the reason if the action
         failed."""
         try:
-            match act:
-                case hand.Press():
-                    self.speed = act.speed
-                    self.said = self.press(act.axis, act.amount)
-                case hand.StopJog():
-                    self.stop()
-                case hand.Look():
-                    self.station.settle()
+            self.station.settle()
+            if isinstance(act, hand.Press):
+                self.speed = act.speed
+                self.said = self.press(act.axis, act.amount)
+            elif isinstance(act, hand.StopJog):
+                self.stop()
         except (errors.MotionError, errors.FileError) as error:
             self.said = str(error)
-        engine = self.engine
-        return hand.Seen(engine.position(), engine.end, engine.clock.paused, self.said)
+        self.version = self.engine.timeline.version if isinstance(act, hand.Press) else self.version
+        return hand.Seen(self.engine.position(), self.engine.end, self.engine.clock.paused, self.said)
 
     def press(self, axis: hand.Axis, amount: float) -> str:
         """Carry out one of the many steps that a held key requests; ignore it while the arm still makes the previous
         step of this key. Any other key takes effect at once; if its step is impossible, the arm brakes. Return a
         message for the user, or "". Raises MotionError."""
-        self.station.settle()
         key, before, engine = (axis, amount, self.speed), self._key, self.engine
         left, self._key = engine.end - engine.now, key
         if left > 0.0 and key != before:
@@ -173,42 +171,41 @@ class Jogger:
         raise refused
 
     def _step(self, begin: joints.Joints, axis: hand.Axis, amount: float) -> str:
+        """Make a step as far as the arm reaches. A step of the tool is a straight line. If the joints cannot follow the
+        whole line near the end of the reach, try shorter ones. Raises MotionError if the arm can follow none."""
         goal, part, why = self._farthest(begin, axis, amount)
         if joints.largest_change(begin, goal) <= SAME_JOINTS:
             return why or (f"This arm does not move along {axis.name}" if amount else "")
+        way, pose = amount * part, self.engine.world_pose(begin)
         if axis.frame is hand.Frame.JOINT:
-            self._go(goal, axis, amount * part)
-        else:
-            self._go_straight(self.engine.world_pose(begin), axis, amount * part, why)
-        return why
-
-    def _go_straight(self, pose: transform.Transform, axis: hand.Axis, way: float, why: str) -> None:
-        """Move the tool along a straight line by `way` [mm, deg] from a pose. If `why` names a limit of the reach, also
-        try shorter lines: near the end of the reach the joints may be unable to follow the whole line. Raises
-        MotionError if the arm can follow none of these lines."""
+            self._go(goal, axis, way)
+            return why
         for left_out in SHORTENINGS if why else (0.0,):
             by = way - copysign(left_out, way)
             if by * way <= 0.0:
-                return
+                break
             try:
                 self._go(step_pose(pose, axis, by), axis, by)
-                return
+                break
             except (errors.StraightLineSingular, errors.JointOutOfRange, errors.LocationOutOfRange) as error:
                 if not why or left_out == SHORTENINGS[-1]:
                     raise error.reworded(hint=JOG_JOINTS_HINT) from None
+        return why
 
     def _go(self, goal: joints.Joints | transform.Transform, axis: hand.Axis, by: float) -> None:
         engine, speed, text = self.engine, self.speed / 100.0, f"JOG {axis.name}, {plain(round(by, 3))}"
         if engine.realtime:
             engine.redirect(goal, speed=speed, text=text)
             return
-        straight = isinstance(goal, transform.Transform)
         target = commands.PoseTarget(goal) if isinstance(goal, transform.Transform) else commands.JointTarget(goal)
-        self.station.settle(engine.begin(commands.Move(target, straight, speed=speed, text=text), program=False))
+        self.station.settle(
+            engine.begin(
+                commands.Move(target, isinstance(goal, transform.Transform), speed=speed, text=text), program=False
+            )
+        )
 
     def stop(self) -> None:
         """Brake immediately."""
-        self.station.settle()
         self.engine.stop()
         if not self.engine.realtime:
             self.station.settle(self.engine.end)
@@ -219,33 +216,21 @@ class Jogger:
         if axis.frame is hand.Frame.JOINT:
             return self._turn_joint(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
         pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1
-        for k in range(count):
+        # advance piece by piece; beyond the reach, halve the pieces
+        reached, piece, why = 0.0, 1.0, ""
+        while reached < count and piece > SMALLEST_PIECE:
             try:
-                near = self._joints_near(step_pose(pose, axis, amount * (k + 1) / count), near)
-            except errors.TooNear as error:
-                if not k:
-                    raise
-                return near, k / count, f"The arm goes no farther along {axis.name}: {error.detail}"
+                near = self._joints_near(step_pose(pose, axis, amount * (reached + piece) / count), near)
+                reached += piece
             except errors.MotionError as error:
-                goal, part = self._last_in_reach(pose, axis, amount / count, k, near)
+                if isinstance(error, errors.TooNear) and not why:
+                    if not reached:
+                        raise
+                    return near, reached / count, f"The arm goes no farther along {axis.name}: {error.detail}"
                 joint = f"joint {error.joint} " if isinstance(error, errors.JointOutOfRange) else ""
-                return goal, part / count, f"The arm reaches no farther along {axis.name}: {joint}{error.detail}"
-        return near, 1.0, ""
-
-    def _last_in_reach(
-        self, pose: transform.Transform, axis: hand.Axis, increment: float, reached: float, near: joints.Joints
-    ) -> tuple[joints.Joints, float]:
-        """Find by bisection the last reachable point of a step, which is divided into pieces of equal length.
-        `increment`: the length of a piece; `reached`: the number of pieces that are entirely in reach. Return the joint
-        positions at this point, and its distance from the start of the step as a number of pieces."""
-        short = reached + 1.0
-        for _ in range(HALVINGS):
-            part = 0.5 * (reached + short)
-            try:
-                near, reached = self._joints_near(step_pose(pose, axis, increment * part), near), part
-            except errors.MotionError:
-                short = part
-        return near, reached
+                why = why or f"The arm reaches no farther along {axis.name}: {joint}{error.detail}"
+            piece = 0.5 * piece if why else piece
+        return near, reached / count, why
 
     def _turn_joint(self, begin: joints.Joints, index: int, change: float) -> tuple[joints.Joints, float, str]:
         model = self.engine.model
@@ -254,8 +239,11 @@ class Jogger:
         goal = (*begin[:index], value, *begin[index + 1 :])
         if value == wanted or not change:  # without a change, a joint may be just outside its range because of rounding
             return goal, 1.0, ""
-        part = (value - begin[index]) / change
-        return goal, part, f"Joint {index + 1} stops at the end of its range, {model.joint_text(index + 1, value, 1)}"
+        return (
+            goal,
+            (value - begin[index]) / change,
+            f"Joint {index + 1} stops at the end of its range, {model.joint_text(index + 1, value, 1)}",
+        )
 
     def _joints_near(self, pose: transform.Transform, begin: joints.Joints) -> joints.Joints:
         """Return the joints for a pose that are nearest to the joints `begin`. Raises MotionError for a pose out of
@@ -276,14 +264,10 @@ class Jogger:
 def step_pose(T_world_tool: transform.Transform, axis: hand.Axis, amount: float) -> transform.Transform:
     """Return the pose of the tool after a step along an axis [mm] or about it [deg]. A rotation about an axis of the
     world leaves the tool tip in place."""
-    unit = UNITS[axis.index % 3]
+    unit, T = UNITS[axis.index % 3], T_world_tool
     x, y, z = (1e-3 * amount * u for u in unit)
-    step, T = (
-        transform.rotation_about(unit, radians(amount)) if axis.turns else transform.translation(x, y, z),
-        T_world_tool,
-    )
+    step = transform.rotation_about(unit, radians(amount)) if axis.turns else transform.translation(x, y, z)
     if axis.frame is hand.Frame.TOOL:
         return transform.compose(T, step)
-    if axis.turns:
-        return transform.at_position(transform.compose(step, transform.at_position(T, 0.0, 0.0, 0.0)), T.px, T.py, T.pz)
-    return transform.at_position(T, T.px + x, T.py + y, T.pz + z)
+    moved = transform.compose(step, transform.at_position(T, 0.0, 0.0, 0.0))
+    return transform.at_position(moved, T.px + moved.px, T.py + moved.py, T.pz + moved.pz)

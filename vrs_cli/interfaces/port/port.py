@@ -11,7 +11,7 @@ from contextlib import suppress
 from math import inf
 from typing import TYPE_CHECKING, Protocol
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.engine import engine, feed, position
 from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
@@ -251,18 +251,16 @@ class FarHand:
 
     def do(self, act: hand.Press | hand.StopJog | hand.Look) -> hand.Seen:
         """Send the action of a key. Return the last known state of the arm."""
-        if act not in self._on_way:
-            self._send(act)
-        return self._seen
+        if act in self._on_way:
+            return self._seen
 
-    def _send(self, act: hand.Press | hand.StopJog | hand.Look) -> None:
         def hear(end: messages.ServerMessage) -> None:
             with suppress(ValueError):  # `act` is a brake command, or was dropped when the connection was lost
                 self._on_way.remove(act)
             if isinstance(end, messages.Done) and isinstance(end.found, hand.Seen):
                 self._seen = end.found
             elif isinstance(end, messages.Done | messages.Refused) and end.refusal is not None:
-                self._say(end.refusal.error())
+                self._seen = structs.replace(self._seen, said=str(end.refusal.error()))
 
         if not isinstance(act, hand.StopJog):
             self._on_way.append(act)
@@ -270,8 +268,5 @@ class FarHand:
             self._begin(lambda id: messages.At(id, act), hear)
         except RequestRefused as error:
             self._on_way.clear()
-            self._say(error)
-
-    def _say(self, error: VrsError) -> None:
-        seen = self._seen
-        self._seen = hand.Seen(seen.position, seen.end, seen.paused, str(error))
+            self._seen = structs.replace(self._seen, said=str(error))
+        return self._seen

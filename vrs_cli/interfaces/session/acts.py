@@ -11,7 +11,7 @@ from secrets import token_hex
 from typing import Any, NamedTuple, TypeVar, cast
 from weakref import WeakKeyDictionary
 
-from vrs_cli.engine import book, feed, steering
+from vrs_cli.engine import book, feed
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces import recording, targets, users
@@ -42,16 +42,20 @@ MAX_STEPS_AT_ONCE = 100  # let another thread print programs with more steps
 MAX_SEGMENTS = 2000  # show only the last segments of a branch, at most this many
 
 
+TARGETS = acts.FollowChunk | acts.Steer | acts.DragTool  # `TargetControl` checks who may send them
+
+
 def act_on(session: Session, act: results.Act[T]) -> Dialogue[T]:
     """Carry out an act in a session. Return its result. Raises RoleWanted, LeaseHeld, UsageError for an act that must
     wait until the program stops, and other VrsErrors."""
     if isinstance(act, acts.Say):
         return cast(T, (yield from session.answers(act.line)))
     row = ACTS[type(act)]
-    session.check_may(row.said, row.role)
-    session.settle()  # first let the tasks carry out all events up to now
-    if session.running or session.elsewhere:
-        users.check_goes_beside(row.said, row.role, elsewhere=session.elsewhere)
+    if not isinstance(act, TARGETS):
+        session.check_may(row.said, row.role)
+        session.settle()  # first let the tasks carry out all events up to now
+        if session.running or session.elsewhere:
+            users.check_goes_beside(row.said, row.role, elsewhere=session.elsewhere)
     return cast(T, (yield from session.on_branch(row.role, row.dialogue(session, act))))
 
 
@@ -63,12 +67,8 @@ def _go(session: Session, act: acts.Go) -> None:
 
 
 def _follow(session: Session, act: acts.FollowChunk) -> Dialogue[results.FollowReport]:
-    speed = _fraction(act.speed)
-    times = [session.user_state.times.robot_time(t) for t in act.times]
-    chunk = steering.Chunk(session.engine.model, times, act.joints)
-    return in_parts(
-        session.engine.follow(chunk, speed=1.0 if speed is None else speed, issued=session.user_state.issued)
-    )
+    _fraction(act.speed)
+    return in_parts(targets.TargetControl(session).follow(act))
 
 
 def _steer(session: Session, act: acts.Steer) -> None:

@@ -27,6 +27,7 @@ from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Aborted, 
 from vrs_cli.interfaces.users import (
     STOPPED,
     RobotLease,
+    StreamKind,
     TargetStream,
     UserState,
     check_goes_beside,
@@ -131,6 +132,9 @@ class Station:
         self.lease: RobotLease | None = None
         self.stream: TargetStream | None = None  # stream of targets that the robot is following; None if there is none
         self.pulled = hand.DragState()  # which user drags the tool, and how far it is from its target
+        self.stops = 0  # number of times that a user has stopped the robot
+        # raises FileError or LimitReached if the robot can store no change now
+        self.check_room: Callable[[], None] = lambda: None
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = store.Layout()
         # folder for the files of programs that begin now; None: use `folder`
@@ -482,7 +486,9 @@ class Station:
 
     def _abort(self, tasks: Iterable[int]) -> None:
         for stream in chain.from_iterable(user_state.streams.values() for user_state in self._user_states):
-            stream.ended = STOPPED
+            stream.ended = stream.ended or STOPPED
+        self.user_state.streams.pop(StreamKind.CHUNKS, None)  # who stops the robot may send the next chunk
+        self.stops, self.pulled = self.stops + 1, hand.DragState(why=STOPPED)
         for number in tasks:
             self.driver.abort(number)
         self.engine.stop()
