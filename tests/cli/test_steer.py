@@ -71,7 +71,7 @@ def test_targets_beyond_a_range_stop_at_its_end(vrs: Vrs, tmp_path: Path) -> Non
     (tmp_path / "far.csv").write_text("0,0,-90,90,0,0,0\n1,300,-90,90,0,0,0\n20,300,-90,90,0,0,0\n")
     ended = vrs("lab", "steer", "far.csv")
     assert ended.status == 0
-    assert "2 targets were beyond the range of a joint, which stopped at its end" in ended.out
+    assert "2 targets went beyond the range of a joint, which stopped at its end" in ended.out
 
 
 def test_a_joint_goes_as_far_as_its_range_lets_a_long_tick_take_it(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -85,7 +85,7 @@ def test_one_target_is_one(vrs: Vrs, tmp_path: Path) -> None:
     (tmp_path / "far.csv").write_text("1,300,-90,90,0,0,0\n")
     said = vrs("lab", "steer", "far.csv").out.splitlines()
     assert said[0].startswith("1 target in ")
-    assert said[1] == "1 target was beyond the range of a joint, which stopped at its end"
+    assert said[1] == "1 target went beyond the range of a joint, which stopped at its end"
 
 
 def test_poses_out_of_reach_are_named_and_passed_over(vrs: Vrs, tmp_path: Path) -> None:

@@ -147,8 +147,8 @@ def test_chunks_lead_through_the_same_places_without_rest_between() -> None:
     followed = steering.followed
     assert (followed.targets, followed.late, followed.held, followed.lost) == (200, 0, 0, 0)
     assert 10 <= followed.chunks <= 20
-    assert followed.turning[0] / followed.samples < radians(0.1)
-    assert followed.turning[1] < radians(0.3)
+    assert followed.turning.mean < radians(0.1)
+    assert followed.turning.worst < radians(0.3)
     for k in range(10, 200, 7):
         assert robot.at(0.4 + k * 0.02).joints == pytest.approx(swing(k * 0.02), abs=radians(0.3))
     slow = [abs(robot.at(0.4 + k * 0.01).velocity[0]) for k in range(60, 140)]

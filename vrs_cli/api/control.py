@@ -27,9 +27,9 @@ from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import Conditions
-from vrs_cli.interfaces.streams import DRAG_TICK, DRAGGING, STEERING, velocity_between
+from vrs_cli.interfaces.streams import DRAG_TICK, DRAGGING, STEERING, Following, velocity_between
 from vrs_cli.interfaces.tasks.limits import Limits
-from vrs_cli.kinematics.joints import Joints, JointUnits, largest_change
+from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose
 from vrs_cli.language.run.signals import NO_INPUTS, Cell
@@ -235,47 +235,6 @@ class Streams:
 CHUNK_S = 0.25  # [s] targets are sent in chunks of this duration
 
 
-class FollowedChunks(Struct):
-    """Statistics on how a served robot follows a stream.
-
-    `targets`, `late`, `held`, `lost`: numbers of targets that were sent, that arrived too late, that were held at a
-    joint limit, and that were lost because there was no connection. `chunks`, `samples`: numbers of chunks that were
-    sent, and of samples at which errors were measured. `turning`, `sliding`: for revolute and for prismatic joints the
-    sum of the errors at these samples, and the largest error [rad, m].
-    """
-
-    targets: int = 0
-    late: int = 0
-    held: int = 0
-    lost: int = 0
-    chunks: int = 0
-    samples: int = 0
-    turning: tuple[float, float] = (0.0, 0.0)
-    sliding: tuple[float, float] = (0.0, 0.0)
-
-    def count(self, report: FollowReport, targets: int, sent_before: int, units: JointUnits) -> None:
-        """Add a chunk of `targets` new targets to the statistics. The errors of a chunk are those of the joint with the
-        largest errors."""
-        self.late += max(report.late - sent_before, 0)
-        self.held += report.held
-        self.samples += targets
-        self.turning = _add_errors(self.turning, report, targets, units, slides=False)
-        self.sliding = _add_errors(self.sliding, report, targets, units, slides=True)
-
-
-def _add_errors(
-    before: tuple[float, float], report: FollowReport, targets: int, units: JointUnits, *, slides: bool
-) -> tuple[float, float]:
-    """Add the errors of a chunk, for joints of one kind, to the sum and the maximum of the earlier errors."""
-    pairs = [
-        (mean, worst)
-        for joint, (mean, worst) in enumerate(zip(report.mean, report.worst, strict=True), 1)
-        if units.slides(joint) is slides
-    ]
-    mean, worst = (max(errors) for errors in zip(*pairs, strict=True)) if pairs else (0.0, 0.0)
-    return before[0] + targets * mean, max(before[1], worst)
-
-
 class ChunkSteering:
     """Sends targets to a served robot, in chunks of time-stamped joints. The robot reaches a target `lead` [s] after
     the target's time in the stream, so that the target arrives in time despite delays. A thread waits for the answers;
@@ -283,7 +242,7 @@ class ChunkSteering:
 
     def __init__(self, robot: Supervisor, lead: float, *, speed: float = 1.0) -> None:
         self.robot, self.lead, self.speed = robot, lead, speed
-        self.followed = FollowedChunks()
+        self.followed = Following()
         self._shift: float | None = None  # [s] the robot's clock minus the time of the stream
         self._times: list[float] = []
         self._joints: list[Joints] = []
@@ -347,7 +306,10 @@ class ChunkSteering:
         while (sent := self._sent.get()) is not None:
             count, sent_before, wait = sent
             try:
-                self.followed.count(wait(), count, sent_before, self.robot.arm.model.units)
+                report = wait()
+                self.followed.late += max(report.late - sent_before, 0)
+                self.followed.held += report.held
+                self.followed.add_errors(report.mean, report.worst, self.robot.arm.model.units, count)
             except TooLate:
                 self.followed.late += count
             except RequestRefused:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import gc
+import itertools
 import json
 import sys
+from abc import ABC, abstractmethod
 from argparse import Namespace
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -15,7 +17,7 @@ from math import degrees
 from queue import Empty, Queue
 from threading import Thread
 from time import monotonic
-from typing import TextIO
+from typing import Any, TextIO
 
 from vrs_cli.api.control import CHUNK_S, ChunkSteering
 from vrs_cli.cli import main, remote, sources
@@ -44,13 +46,16 @@ MAX_LINE_CHARS = 1 << 16  # maximum length of a line in characters; a longer one
 
 LOCAL = ("save", "csv", "rate", "plot", "report", "report_at", "profile", "realtime", "robot", "base", "tip", "task")
 ADDRESSES = ("ws://", "wss://")
+# lines of the results
+BEYOND = "went beyond the range of a joint, which stopped at its end"
+UNREAD = "could not be read"
 ALLOWANCE = 0.1  # [s] added to the measured round trip, for varying delays and for planning
 
 
 def steer(options: Namespace) -> int:
     """Follow a stream to its end. Return 1 if some lines contained no target or a target out of reach."""
     outputs = Outputs.of(options)
-    run = _Run if _takes_address(options) is None else _ServedRun
+    run = _LocalRun if _takes_address(options) is None else _ServedRun
     return run(options, outputs, RunProgress(options.file)).run()
 
 
@@ -111,7 +116,7 @@ def _errors(
 
 
 @dataclass(slots=True)
-class _Run:
+class _Run(ABC):
     """The run of one stream of targets. `skipped`: the number of lines that contained no target. `unreached`: the
     number of targets out of reach."""
 
@@ -132,61 +137,51 @@ class _Run:
 
     def run(self) -> int:
         """Follow the stream and report; return the exit status."""
-        model, stop = chosen_robot(self.options), Stoppable(lambda: True)
+        stop = Stoppable(lambda: True)
         with _lines(self.options.file) as lines:
-            targets = read_targets(
-                lines,
-                model.joint_count,
-                self.source,
-                relative=self.options.relative or self.options.realtime is not None,
-                live=self.live,
-                units=model.units,
-                wrong=self._skip,
-            )
-            steering = self._begin(model, first := self._first(targets))
-            with self.progress, stop:
-                failed = self._follow_and_record(steering, chain((first,), targets), stop)
-        self._tell(steering)
-        self.outputs.write(steering.engine.arm, steering.engine.timeline, self.options.file)
+            complete = self.follow_and_tell(lines, stop)
         stop.end()
-        return main.FAILED if failed or self.unreached or self.skipped else main.OK
+        return main.OK if complete and not (self.unreached or self.skipped) else main.FAILED
 
-    def _first(self, targets: Iterator[TimedTarget]) -> TimedTarget:
-        """Return the first target. Raises CommandLineError for an empty stream, or FileDamaged if all lines are
-        wrong."""
-        first = next(targets, None)
-        if first is None:
+    @abstractmethod
+    def follow_and_tell(self, lines: Iterable[str], stop: Stoppable) -> bool:
+        """Follow the targets of these lines, until a signal arrives, and report. Return whether nothing is missing."""
+
+    def _targets(
+        self, lines: Iterable[str], model: RobotModel, *, relative: bool
+    ) -> tuple[TimedTarget, Iterator[TimedTarget]]:
+        """Return the first target, and all targets. Raises CommandLineError for an empty stream, FileDamaged if all
+        lines are wrong."""
+        targets = read_targets(
+            lines,
+            model.joint_count,
+            self.source,
+            relative=relative,
+            live=self.live,
+            units=model.units,
+            wrong=self._skip,
+        )
+        if (first := next(targets, None)) is None:
             kind = FileDamaged if self.skipped else CommandLineError
             raise kind(f"{self.source} holds no target", "a line is a time and the joints")
-        return first
+        return first, chain((first,), targets)
 
-    def _begin(self, model: RobotModel, first: TimedTarget) -> Steering:
-        """Return a robot that is ready to follow targets. It starts at the joints of the first target if its time is 0
-        and they are within their ranges, else in its READY pose."""
-        start = None if first.t > 0.0 or isinstance(first.target, Transform) else first.target
-        if start is not None and joints_outside(start, model.lower, model.upper):
-            start = None
-        engine = Engine(model, start=start, clock=clock_of(self.options.realtime))
-        if self.options.profile is not None:
-            engine.perform(SetParameter("PROFILE", self.options.profile))
-        return Steering(engine, speed=self.options.speed / 100.0)
-
-    def _follow_and_record(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> bool:
-        """Follow the targets. Return whether part of the motion is missing in the file of --save. If that file cannot
-        be written, the stream ends and the robot brakes."""
-        failed, durable = False, self.options.realtime is not None
-        with journal(self.options.save, steering.engine, self._say, durable=durable) as sound:
-            try:
-                self._follow(steering, targets, stop)
-            except FileError as error:
-                steering.engine.stop()
-                self._say(str(error))
-                failed = True
-        return failed or not sound()
-
-    def _follow(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> None:
-        """Follow the targets to the end of the stream, or until a signal arrives."""
-        for number, it in enumerate(_until_stopped(targets, stop, steering.engine.clock)):
+    def _follow(
+        self,
+        steering: Steering | ChunkSteering,
+        take: Callable[[], TimedTarget | None],
+        clock: RobotClock,
+        stop: Stoppable,
+    ) -> None:
+        """Follow each target when its time has come, until `take` returns None or a signal arrives."""
+        for number in itertools.count():
+            it = None
+            with stop.broken_off():
+                it = take()
+                if it is not None:
+                    clock.advance(it.t)
+            if it is None or stop.number is not None:
+                break
             if number % KEPT == 0:
                 gc.freeze()  # the timeline only grows, so garbage collection would take longer and longer
             try:
@@ -194,7 +189,7 @@ class _Run:
             except MotionError as error:
                 self.unreached += 1
                 self._complain(f"{self.source}:{it.line}: {error}")
-            self.progress(steering.engine.now)
+            self.progress(it.t)
         steering.finish()
 
     # --- messages ---------------------------------------------------------------------------------------
@@ -213,92 +208,98 @@ class _Run:
     def _say(self, what: str) -> None:
         self.progress.say(f"{self.options.prog}: {what}")
 
-    def _tell(self, steering: Steering) -> None:
-        engine, following = steering.engine, steering.following
-        turning, sliding = ((error.rms, error.worst) for error in (following.turning, following.sliding))
-        errors = _errors(engine.model.units.kinds, turning, sliding)
+    def _tell(self, found: Mapping[str, Any], text: str, *rows: tuple[int, str, str]) -> None:
+        """Print the results: `found` with --json, else `text` and a line for each number that is not 0."""
         if self.options.json:
-            found = {
-                "targets": following.targets,
-                "held": following.held,
-                "out_of_reach": self.unreached,
-                "skipped": self.skipped,
-                "duration_s": round(engine.end, 9),
-                "lag_s": {"rms": round(following.lag.rms, 6), "max": round(following.lag.worst, 6)},
-                **{f"error_{unit}": {"rms": round(rms, 6), "max": round(worst, 6)} for unit, rms, worst in errors},
-                "final": sources.position_object(engine.position(engine.end), engine.model.units),
-            }
             print(json.dumps(found, indent=2))
             return
-        tell = partial(print, file=sys.stderr if self.outputs.takes_standard_output else sys.stdout)
+        for number, noun, what in rows:
+            text += f"\n{count(number, noun)} {what}" * bool(number)
+        print(text, file=sys.stderr if self.outputs.takes_standard_output else sys.stdout)
+
+
+class _LocalRun(_Run):
+    """The run of one stream of targets that a robot of this process follows."""
+
+    def follow_and_tell(self, lines: Iterable[str], stop: Stoppable) -> bool:
+        """As in `_Run`. If the file of --save cannot be written, the stream ends and the robot brakes."""
+        options, model, realtime = self.options, chosen_robot(self.options), self.options.realtime is not None
+        first, targets = self._targets(lines, model, relative=options.relative or realtime)
+        steering, failed = self._begin(model, first), False
+        engine = steering.engine
+        with self.progress, stop, journal(options.save, engine, self._say, durable=realtime) as sound:
+            try:
+                self._follow(steering, partial(next, targets, None), engine.clock, stop)
+            except FileError as error:
+                engine.stop()
+                self._say(str(error))
+                failed = True
+            failed = failed or not sound()
+        self._tell_results(steering)
+        self.outputs.write(engine.arm, engine.timeline, options.file)
+        return not failed
+
+    def _begin(self, model: RobotModel, first: TimedTarget) -> Steering:
+        """Return a robot that is ready to follow targets. It starts at the joints of the first target if its time is 0
+        and they are within their ranges, else in its READY pose."""
+        start = None if first.t > 0.0 or isinstance(first.target, Transform) else first.target
+        if start is not None and joints_outside(start, model.lower, model.upper):
+            start = None
+        engine = Engine(model, start=start, clock=clock_of(self.options.realtime))
+        if self.options.profile is not None:
+            engine.perform(SetParameter("PROFILE", self.options.profile))
+        return Steering(engine, speed=self.options.speed / 100.0)
+
+    def _tell_results(self, steering: Steering) -> None:
+        engine, followed, lag = steering.engine, steering.following, steering.following.lag
+        errors = _errors(
+            engine.model.units.kinds, *((error.rms, error.worst) for error in (followed.turning, followed.sliding))
+        )
+        found = {
+            "targets": followed.targets,
+            "held": followed.held,
+            "out_of_reach": self.unreached,
+            "skipped": self.skipped,
+            "duration_s": round(engine.end, 9),
+            "lag_s": {"rms": round(lag.rms, 6), "max": round(lag.worst, 6)},
+            **{f"error_{unit}": {"rms": round(rms, 6), "max": round(worst, 6)} for unit, rms, worst in errors},
+            "final": sources.position_object(engine.position(engine.end), engine.model.units),
+        }
         said = "; ".join(f"{rms:.2f} {unit} rms, {worst:.2f} at most" for unit, rms, worst in errors)
-        tell(f"{count(following.targets, 'target')} in {engine.end:.3f} s, followed to {said}")
-        if engine.realtime:
-            tell(f"They came late by {following.lag.rms:.3f} s rms, {following.lag.worst:.3f} at most")
-        if following.held:
-            were = "was" if following.held == 1 else "were"
-            tell(f"{count(following.held, 'target')} {were} beyond the range of a joint, which stopped at its end")
-        if self.skipped:
-            were = "was no target" if self.skipped == 1 else "were no targets"
-            tell(f"{count(self.skipped, 'line')} {were}")
+        text = f"{count(followed.targets, 'target')} in {engine.end:.3f} s, followed to {said}"
+        late = f"\nThey came late by {lag.rms:.3f} s rms, {lag.worst:.3f} at most" if engine.realtime else ""
+        self._tell(found, text + late, (followed.held, "target", BEYOND), (self.skipped, "line", UNREAD))
 
 
 class _ServedRun(_Run):
-    """The run of one stream of targets that a served robot follows."""
+    """The run of one stream of targets that a served robot follows. If the stream pauses, the robot stops at the last
+    target."""
 
-    def run(self) -> int:
-        """Follow the stream and report; return the exit status."""
-        stop = Stoppable(lambda: True)
-        with _lines(self.options.file) as lines, closing(SocketPort(remote.client_of(self.options))) as port:
+    def follow_and_tell(self, lines: Iterable[str], stop: Stoppable) -> bool:
+        with closing(SocketPort(remote.client_of(self.options))) as port:
             robot = Supervisor(port)
-            units = robot.arm.model.units
-            targets = read_targets(
-                lines,
-                robot.arm.model.joint_count,
-                self.source,
-                relative=True,
-                live=self.live,
-                units=units,
-                wrong=self._skip,
-            )
-            first, rate = self._first(targets), robot.followed.rate
+            model, clock = robot.arm.model, clock_of(robot.followed.rate) or VirtualClock()
+            _, targets = self._targets(lines, model, relative=True)
             steering = ChunkSteering(robot, self._lead(robot), speed=self.options.speed / 100.0)
-            clock = clock_of(rate) or VirtualClock()
-            with self.progress, stop:
-                self._send(steering, _read_beside(chain((first,), targets)), clock, stop)
-                steering.finish()
-            self._tell_served(steering, units.kinds)
-        stop.end()
-        followed = steering.followed
-        return main.FAILED if self.unreached or self.skipped or followed.lost or followed.late else main.OK
+            read = _read_beside(targets)
 
-    def _send(
-        self, steering: ChunkSteering, targets: Queue[TimedTarget | VrsError | None], clock: RobotClock, stop: Stoppable
-    ) -> None:
-        """Send each target at its time, until the stream ends, a signal arrives, or the robot refuses a target. If the
-        stream pauses, the robot stops at the last target."""
-        while stop.number is None and steering.refused is None:
-            it: TimedTarget | VrsError | None = None
-            with stop.broken_off():
-                try:
-                    it = targets.get(timeout=CHUNK_S)
-                except Empty:
+            def take() -> TimedTarget | None:
+                it: TimedTarget | VrsError | None = None
+                while steering.refused is None:
+                    with suppress(Empty):
+                        it = read.get(timeout=CHUNK_S)
+                        break
                     steering.send()
-                    continue
                 if isinstance(it, VrsError):
                     raise it
-                if it is not None:
-                    if it.t - clock.now > CHUNK_S:
-                        steering.send()
-                    clock.advance(it.t)
-            if it is None or stop.number is not None:
-                return
-            try:
-                steering.to(it.target, it.t)
-            except MotionError as error:
-                self.unreached += 1
-                self._complain(f"{self.source}:{it.line}: {error}")
-            self.progress(it.t)
+                if it is not None and it.t - clock.now > CHUNK_S:
+                    steering.send()
+                return it
+
+            with self.progress, stop:
+                self._follow(steering, take, clock, stop)
+            self._tell_results(steering, model.units.kinds)
+        return not (steering.followed.lost or steering.followed.late)
 
     def _lead(self, robot: Supervisor) -> float:
         """Return --lead, or else the longest of three measured round trips, plus the duration of a chunk (targets that
@@ -311,35 +312,29 @@ class _ServedRun(_Run):
             times.append(monotonic())
         return max(b - a for a, b in pairwise(times)) + CHUNK_S + ALLOWANCE
 
-    def _tell_served(self, steering: ChunkSteering, kinds: Collection[JointKind]) -> None:
+    def _tell_results(self, steering: ChunkSteering, kinds: Collection[JointKind]) -> None:
         followed = steering.followed
-        totals = (followed.turning, followed.sliding)
-        turning, sliding = ((total / max(followed.samples, 1), worst) for total, worst in totals)
-        errors = _errors(kinds, turning, sliding)
-        if self.options.json:
-            found = {
-                "targets": followed.targets,
-                "chunks": followed.chunks,
-                "lead_s": round(steering.lead, 6),
-                "late": followed.late,
-                "lost": followed.lost,
-                "held": followed.held,
-                "out_of_reach": self.unreached,
-                "skipped": self.skipped,
-                **{f"error_{unit}": {"mean": round(mean, 6), "max": round(worst, 6)} for unit, mean, worst in errors},
-            }
-            print(json.dumps(found, indent=2))
-            return
+        errors = _errors(kinds, *((error.mean, error.worst) for error in (followed.turning, followed.sliding)))
+        found = {
+            "targets": followed.targets,
+            "chunks": followed.chunks,
+            "lead_s": round(steering.lead, 6),
+            "late": followed.late,
+            "lost": followed.lost,
+            "held": followed.held,
+            "out_of_reach": self.unreached,
+            "skipped": self.skipped,
+            **{f"error_{unit}": {"mean": round(mean, 6), "max": round(worst, 6)} for unit, mean, worst in errors},
+        }
         said = "; ".join(f"{mean:.2f} {unit} in the mean, {worst:.2f} at most" for unit, mean, worst in errors)
-        print(f"{count(followed.targets, 'target')}, each {steering.lead:.2f} s after its time, followed to {said}")
-        for number, noun, what in (
+        self._tell(
+            found,
+            f"{count(followed.targets, 'target')}, each {steering.lead:.2f} s after its time, followed to {said}",
             (followed.late, "target", "came too late for the robot: give a longer --lead"),
             (followed.lost, "target", "got lost, as there was no connection"),
-            (followed.held, "target", "went beyond the range of a joint, which stopped at its end"),
-            (self.skipped, "line", "could not be read"),
-        ):
-            if number:
-                print(f"{count(number, noun)} {what}")
+            (followed.held, "target", BEYOND),
+            (self.skipped, "line", UNREAD),
+        )
 
 
 def _read_beside(targets: Iterator[TimedTarget]) -> Queue[TimedTarget | VrsError | None]:
@@ -357,16 +352,3 @@ def _read_beside(targets: Iterator[TimedTarget]) -> Queue[TimedTarget | VrsError
 
     Thread(target=read, name="vrs steer reads", daemon=True).start()
     return found
-
-
-def _until_stopped(targets: Iterator[TimedTarget], stop: Stoppable, clock: RobotClock) -> Iterator[TimedTarget]:
-    """Yield each target when its time has come, until a signal arrives."""
-    while stop.number is None:
-        it = None
-        with stop.broken_off():
-            it = next(targets, None)
-            if it is not None:
-                clock.advance(it.t)
-        if it is None or stop.number is not None:
-            return
-        yield it

@@ -6,6 +6,7 @@ velocity of the target, but changes nothing in the past."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import sqrt
 from typing import NamedTuple
 
@@ -49,42 +50,53 @@ WAIT_DECAY = 0.95
 
 
 class TrackingError(Struct):
-    """Statistics (count, sum of squares, maximum) of a tracking error, measured when each target arrives. The error is
-    the largest distance of a joint from its target, over all revolute joints [rad] or all prismatic joints [m]; or the
-    delay of the target [s]."""
+    """Statistics (count, sum, sum of squares, maximum) of a tracking error, measured when each target arrives. The
+    error is the largest distance of a joint from its target, over all revolute joints [rad] or all prismatic joints
+    [m]; or the delay of the target [s]."""
 
     targets: int = 0
+    total: float = 0.0
     squares: float = 0.0
     worst: float = 0.0
 
     @property
-    def rms(self) -> float:
-        return sqrt(self.squares / self.targets) if self.targets else 0.0
+    def mean(self) -> float:
+        return self.total / max(self.targets, 1)
 
-    def count(self, error: float) -> None:
-        self.targets += 1
-        self.squares += error * error
-        self.worst = max(self.worst, error)
+    @property
+    def rms(self) -> float:
+        return sqrt(self.squares / max(self.targets, 1))
+
+    def add(self, mean: float, worst: float, targets: int = 1) -> None:
+        """Add the errors of some targets; of several targets `rms` knows only the mean error."""
+        self.targets += targets
+        self.total += targets * mean
+        self.squares += targets * mean * mean
+        self.worst = max(self.worst, worst)
 
 
 class Following(Struct):
-    """How well the robot follows a stream. `targets`: the number of targets; `held`: the number of targets that were
+    """How well a robot follows a stream. `targets`: the number of targets; `held`: the number of targets that were
     limited to the end of a joint's range; `lag`: the delays of the targets [s]; `turning`, `sliding`: the tracking
-    errors of the revolute and of the prismatic joints."""
+    errors of the revolute and of the prismatic joints. For targets in chunks also their number, and the numbers of
+    targets that arrived too `late` or got `lost` because there was no connection."""
 
     targets: int = 0
     held: int = 0
+    late: int = 0
+    lost: int = 0
+    chunks: int = 0
     lag: TrackingError = field(default_factory=TrackingError)
     turning: TrackingError = field(default_factory=TrackingError)
     sliding: TrackingError = field(default_factory=TrackingError)
 
-    def count(self, joints: Joints, goal: Joints, units: JointUnits, *, held: bool, lag: float) -> None:
-        self.targets += 1
-        self.held += held
-        self.lag.count(lag)
+    def add_errors(self, mean: Sequence[float], worst: Sequence[float], units: JointUnits, targets: int = 1) -> None:
+        """Add the errors of each joint for some targets [rad, m]: their mean and their maximum."""
         for error, slides in ((self.turning, False), (self.sliding, True)):
-            pairs = enumerate(zip(joints, goal, strict=True), 1)
-            error.count(max((abs(b - a) for joint, (a, b) in pairs if units.slides(joint) is slides), default=0.0))
+            joints = [i for i in range(len(mean)) if units.slides(i + 1) is slides]
+            error.add(
+                max([mean[i] for i in joints], default=0.0), max([worst[i] for i in joints], default=0.0), targets
+            )
 
 
 class Steering:
@@ -109,7 +121,12 @@ class Steering:
         asked = engine.joints_for(target, near) if isinstance(target, Transform) else target
         goal = put_inside(asked, model.lower, model.upper)
         stamp = now if t is None else t
-        self.following.count(where, goal, model.units, held=goal != asked, lag=max(now - stamp, 0.0))
+        following, lag = self.following, max(now - stamp, 0.0)
+        following.targets += 1
+        following.held += goal != asked
+        following.lag.add(lag, lag)
+        errors = [abs(b - a) for a, b in zip(where, goal, strict=True)]
+        following.add_errors(errors, errors, model.units)
         self._wait = max(now - self._came, WAIT_DECAY * self._wait) if now > stamp else 0.0
         last, self._last, self._came = self._last, (stamp, goal), now
         since = stamp - last[0] if last is not None else 0.0
