@@ -88,7 +88,8 @@ class TargetControl(NamedTuple):
         session, stream, way = self.session, self._open(kind, ended), WAYS[kind]
         try:
             session.settle()  # first let the tasks carry out all events up to now
-            self._check_open(stream)
+            if stream.ended:
+                raise way.error(f"the arm was let go: {stream.ended}", way.hint)
             session.check_may(way.said, Role.DESIGNER)
             session.check_room()
             if not way.beside and (session.running or session.elsewhere):
@@ -101,11 +102,6 @@ class TargetControl(NamedTuple):
         if before is not None and before is not stream:
             self._end(before, STOPPED)
         return stream
-
-    @staticmethod
-    def _check_open(stream: TargetStream) -> None:
-        if stream.ended:
-            raise WAYS[stream.kind].error(f"the arm was let go: {stream.ended}", WAYS[stream.kind].hint)
 
     def _end(self, stream: TargetStream, why: str) -> None:
         """End a stream for the reason `why`: its user must close it before opening another stream of the same kind."""
@@ -138,7 +134,8 @@ class TargetControl(NamedTuple):
     def refuse(self, why: str, *, drag: bool) -> None:
         """End the stream of a dragged tool, or of a pressed button or key, whose target was refused before it came
         here."""
-        self._end(self._open(StreamKind.DRAG if drag else self._pressed), why)
+        pressed = StreamKind.KEYS if isinstance(self.session.user_state.on_screen, Jogger) else StreamKind.BUTTON
+        self._end(self._open(StreamKind.DRAG if drag else pressed), why)
 
     # --- joints ---
 
@@ -172,17 +169,13 @@ class TargetControl(NamedTuple):
 
     # --- a button or a key ---
 
-    @property
-    def _pressed(self) -> StreamKind:
-        """The kind of stream that a press belongs to: to keys while JOG fills the user's screen."""
-        return StreamKind.KEYS if isinstance(self.session.user_state.on_screen, Jogger) else StreamKind.BUTTON
-
     def jog(self, jogger: Jogger, act: hand.Press | hand.StopJog | hand.Look) -> hand.Seen:
         """Carry out the action of a button or key that moves the arm. Return the resulting state of the robot; for a
         refused key it contains the error. `jogger`: the one for buttons. Releasing a button does not brake motions that
         other users began. Raises RoleWanted, LeaseHeld, and for a button the errors of `_claim`."""
-        kind, shown, version = self._pressed, self.session.user_state.on_screen, self.session.engine.timeline.version
-        jogger = shown if isinstance(shown, Jogger) else jogger
+        shown, version = self.session.user_state.on_screen, self.session.engine.timeline.version
+        # while JOG fills the user's screen, keys move the arm
+        kind, jogger = (StreamKind.KEYS, shown) if isinstance(shown, Jogger) else (StreamKind.BUTTON, jogger)
         try:
             if isinstance(act, hand.Press):
                 self._claim(kind)
@@ -256,8 +249,8 @@ class TargetControl(NamedTuple):
                 if engine.realtime:
                     session.actor.repeat(partial(self._beat, stream))
             elif stream.ended or session.running or stream.version != engine.timeline.version:
-                stream.ended = STOPPED
-                self._check_open(stream)
+                self._end(stream, STOPPED)
+                return
             held = stream.dragging.to(stream.pose, stream.user_state.times.issue_time(stream.issued, engine.now))
         except Exception as error:  # after any error the arm does not follow the tool any more
             internal = "the robot cannot follow: an internal error"
