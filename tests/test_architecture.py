@@ -507,7 +507,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_835  # of Python, in all
+MAX_STATEMENTS = 64_794  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -531,12 +531,12 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "bodies": 974,
     "render": 2052,
     "repl": 2210,
-    "api": 1388,
+    "api": 1369,
     "lab": 1008,
     "highlight": 35,
     "lsp": 833,
     "teach": 4242,
-    "cli": 3584,
+    "cli": 3562,
     "__main__": 39,
     "__init__": 13,
 }

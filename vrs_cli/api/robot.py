@@ -236,7 +236,7 @@ class Robot:
         a target the next one begins a new stream. `speed`: percent of nominal, up to 100.
 
         Raises JointOutOfRange, LeaseHeld, IllegalValue, ValueError, TypeError; and RequestRefused once if something
-        else has stopped the robot since the last target. An error ends the stream.
+        else has stopped the robot, or the connection was cut, since the last target. An error ends the stream.
         """
         lowest, highest = RATES
         if not lowest <= (asked := number(rate, "rate")) <= highest:
@@ -256,7 +256,8 @@ class Robot:
         call advances the clock by 0.02 s; in real time it waits until 0.02 s after the previous call. A served robot
         continues to follow for 0.6 s after the last call; a robot in this process moves one step per call.
 
-        Raises LeaseHeld, TypeError; RequestRefused once if something else has stopped the robot since the last call.
+        Raises LeaseHeld, TypeError; RequestRefused once if something else has stopped the robot, or the connection was
+        cut, since the last call.
         """
         found = self._one_location(location, "location")
         return Dragged.of(self._streams.drag(self._robot, found.transform), self._model, self.units)
