@@ -73,12 +73,16 @@ class _OverArrays(ast.NodeTransformer):
     `return None` marks the rows out of reach (`lost`).
     """
 
+    loses = False  # whether the formula has a `return None`
+
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
         self.generic_visit(node)
-        node.body = [*ast.parse("lost = False").body, *node.body]
+        if self.loses:
+            node.body = [*ast.parse("lost = False").body, *node.body]
         return node
 
     def visit_If(self, node: ast.If) -> ast.stmt:
+        self.loses = True
         return ast.parse(f"lost = lost | ({ast.unparse(self.visit(node.test))})").body[0]
 
     def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
@@ -98,7 +102,7 @@ class _OverArrays(ast.NodeTransformer):
     def visit_Return(self, node: ast.Return) -> ast.stmt:
         self.generic_visit(node)
         assert node.value is not None
-        return ast.parse(f"return where(lost, nan, {ast.unparse(node.value)})").body[0]
+        return ast.parse(f"return where(lost, nan, {ast.unparse(node.value)})").body[0] if self.loses else node
 
 
 class _WithSteps(ast.NodeTransformer):
@@ -110,7 +114,7 @@ class _WithSteps(ast.NodeTransformer):
 
 def over_arrays(formula: Callable[..., Any]) -> Callable[..., Any]:
     """Rewrite a formula for arrays. The new function returns its joints as one array (n, N), with NaN for poses out of
-    reach.
+    reach; or, if the formula never returns None, as a tuple of n arrays.
 
     It does not bring angles near to reference joints. Functions of its module that the formula calls are rewritten too.
     """
@@ -120,9 +124,9 @@ def over_arrays(formula: Callable[..., Any]) -> Callable[..., Any]:
         """Return yes() in rows where the test is true, no() in others. If the test has the same result for all rows,
         only one of the two functions is called.
         """
-        if np.all(test):
-            return yes()
-        return np.where(test, yes(), no()) if np.any(test) else no()
+        if not np.any(test):
+            return no()
+        return yes() if np.all(test) else np.where(test, yes(), no())
 
     names = {name: getattr(np, name) for name in ("sqrt", "cos", "sin", "copysign", "where", "nan")}
     names |= {

@@ -73,7 +73,8 @@ def test_what_is_missing_is_the_same_for_arrays(task: ArmTask) -> None:
     have, want = [*have, IDENTITY, IDENTITY, IDENTITY], [*want, IDENTITY, rotation_x(pi), translation(0.1, 0.2, 0.3)]
     with np.errstate(invalid="ignore", divide="ignore"):  # where a rotation is 0
         found = MISSING(task, *(Transform(*np.array(poses).T) for poses in (have, want)))
-    assert pytest.approx(np.array([missing(task, a, b) for a, b in zip(have, want, strict=True)]), abs=1e-14) == found.T
+    alone = np.array([missing(task, a, b) for a, b in zip(have, want, strict=True)])
+    assert np.stack(found, axis=1) == pytest.approx(alone, abs=1e-14)
 
 
 PUMA = arm_for(load_robot("puma560"))

@@ -95,9 +95,9 @@ class Found(NamedTuple):
 class SearchBatch(SerialBatch):
     """The functions of an arm without a closed form for arrays. Joints are NaN in rows whose search does not converge.
 
-    `rounds`, `rounds_of_one`: the rounds of searches for many poses and for one pose. `at_once`: the
-    number of poses that are searched at once. `settled`: a search has converged if its step is smaller [rad, m]. `tip`
-    (3,): the point whose
+    `rounds`, `rounds_of_one`: the rounds of searches for many poses and for one pose. `at_once`: the number of poses
+    that are searched at once. `settled`: a search has converged if its step is smaller [rad, m]. `scaled`: whether a
+    long step is shortened as a whole; else its bounds keep each joint within a radius. `tip` (3,): the point whose
     distance decides which samples are near a pose, in the frame of the flange.
     """
 
@@ -105,18 +105,15 @@ class SearchBatch(SerialBatch):
     rounds_of_one: Rounds
     at_once: int
     settled: float
+    scaled: bool
     tip: Floats
 
     def __init__(self, model: RobotModel, ways: tuple[Configuration, ...], unchanging: Unchanging) -> None:
         super().__init__(model, ways, unchanging)
         self.middle = (self.lower + self.upper) / 2
 
-    def search_state(
-        self, q: Floats, T: Floats, low: Floats, high: Floats, radius: Floats, guides: Guides | None
-    ) -> SearchState:
-        """Return the state of searches at joints (N, n). `low`, `high` (N, n): the bounds of the steps; `radius` (N,):
-        the greatest change of a joint in this step [rad, m].
-        """
+    def search_state(self, q: Floats, T: Floats, low: Floats, high: Floats, guides: Guides | None) -> SearchState:
+        """Return the state of searches at joints (N, n). `low`, `high` (N, n): the bounds of the steps."""
         raise NotImplementedError
 
     def search(
@@ -144,17 +141,25 @@ class SearchBatch(SerialBatch):
                 break
             held = None if guides is None else (guides[0], guides[1][rows])
             at, low, high = q[rows], lower - q[rows], upper - q[rows]
-            step, missed, turned, exact, close = self.search_state(at, T[rows], low, high, radius[rows], held)
+            if not self.scaled:
+                low, high = np.maximum(low, -radius[rows, None]), np.minimum(high, radius[rows, None])
+            step, missed, turned, exact, close = self.search_state(at, T[rows], low, high, held)
             size = np.abs(step).max(axis=1)
-            q[rows] = np.clip(at + step, lower, upper)
+            if self.scaled:
+                step *= np.minimum(1.0, LARGEST_STEP / np.maximum(size, LARGEST_STEP))[:, None]
+            else:
+                back = (step * before[rows]).sum(axis=1) < 0.0
+                shorter = SHORTER * np.minimum(radius[rows], size)
+                radius[rows] = np.where(back, shorter, np.minimum(LONGER * radius[rows], LARGEST_STEP))
+                before[rows] = step
+            there = at + step
+            q[rows] = np.clip(there, lower, upper) if bounded else there
             nearer = missed <= NEARER * least[rows]
             least[rows], waited[rows] = np.where(nearer, missed, least[rows]), np.where(nearer, 0, waited[rows] + 1)
             ended = exact | (size < self.settled) | (waited[rows] > WAITS)
             done = exact | (close & ended)
-            found.joints[rows[done]], found.turned[rows[done]] = q[rows[done]], turned[done]
-            back = (step * before[rows]).sum(axis=1) < 0.0
-            shorter, longer = SHORTER * np.minimum(radius[rows], size), np.minimum(LONGER * radius[rows], LARGEST_STEP)
-            radius[rows], before[rows] = np.where(back, shorter, longer), step
+            if done.any():
+                found.joints[rows[done]], found.turned[rows[done]] = q[rows[done]], turned[done]
             if pose is not None and (turned[~done] > FAR).any():  # another search may have reached the pose exactly
                 had = pose[rows[done & (turned < STRAIGHT)]]
                 ended |= np.isin(pose[rows], had) & (turned > FAR)
@@ -249,7 +254,7 @@ class NumericBatch(SearchBatch):
     `RobotArm.branches` returns. `held`: the indexes of the joints that keep their values.
     """
 
-    at_once, settled = 512, CONVERGED
+    at_once, settled, scaled = 512, CONVERGED, True
     rounds_of_one = tuple((*part, bounded) for part in ((0, 24), (24, 104), (128, 384)) for bounded in (True, False))
     rounds = tuple((*part, bounded) for part in ((0, 0), (0, 1), (1, 3), (4, 20)) for bounded in (True, False))
     rounds += rounds_of_one[2:]
@@ -283,14 +288,11 @@ class NumericBatch(SearchBatch):
     def solve_guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
         return self.search(T, near, bounded=False, guides=(weights, values)).joints
 
-    def search_state(
-        self, q: Floats, T: Floats, low: Floats, high: Floats, radius: Floats, guides: Guides | None
-    ) -> SearchState:
+    def search_state(self, q: Floats, T: Floats, low: Floats, high: Floats, guides: Guides | None) -> SearchState:
         J, error = self.error(q, T)
         if guides is not None:
             J, error = with_guides(J, error, q, *guides)
         step = damped_step(J, error, low, high)
-        step *= np.minimum(1.0, radius / np.maximum(np.abs(step).max(axis=1), radius))[:, None]
         missed = np.abs(error).max(axis=1)
         exact = missed < CONVERGED
         close = exact if guides is not None else missed < SINGULAR
@@ -327,8 +329,8 @@ class NumericBatch(SearchBatch):
         of shape (N, 6) [m, rad].
         """
         with np.errstate(invalid="ignore", divide="ignore"):
-            found: Floats = MISSING(self.model.task, Transform(*columns(have)), Transform(*columns(T)))
-        return found.T
+            found = MISSING(self.model.task, Transform(*columns(have)), Transform(*columns(T)))
+        return np.stack(found, axis=1)
 
 
 MISSING = over_arrays(missing)

@@ -70,7 +70,7 @@ OVER = 1e-9  # [rad, m] a step that leaves the box by less than this counts as i
 class SteadyBatch(SearchBatch):
     """The functions of `SteadyArm` for arrays. Joints are NaN in rows whose search does not converge."""
 
-    at_once, settled = 64, SETTLED
+    at_once, settled, scaled = 64, SETTLED, False
 
     def __init__(self, model: RobotModel, unchanging: Unchanging, T_flange_tool: Transform) -> None:
         super().__init__(model, (NONE,), unchanging)
@@ -133,18 +133,10 @@ class SteadyBatch(SearchBatch):
         q = self.inverse_branch(np.reshape(T, (1, 3, 4)), NONE, np.array(near))[0].tolist()
         return None if isnan(q[0]) else tuple(q)
 
-    def search_state(
-        self,
-        q: Floats,
-        T: Floats,
-        low: Floats,
-        high: Floats,
-        radius: Floats,
-        guides: Guides | None,  # noqa: ARG002
-    ) -> SearchState:
-        at, reach = self.conditions.terms(q, T), radius[:, None]
+    def search_state(self, q: Floats, T: Floats, low: Floats, high: Floats, guides: Guides | None) -> SearchState:  # noqa: ARG002
+        at = self.conditions.terms(q, T)
         away, turned, held = np.linalg.norm(at.away, axis=1), at.angle, (low >= -ROUNDING) | (high <= ROUNDING)
-        step = self._downhill(at, held, np.clip(low, -reach, reach), np.clip(high, -reach, reach))
+        step = self._downhill(at, held, low, high)
         exact, close = (away < THERE) & (turned < TURNED), away < LEVEL
         return SearchState(np.where(exact[:, None], 0.0, step), np.where(close, 0.0, away), turned, exact, close)
 
