@@ -202,7 +202,11 @@ DEFERRED = (
     ),
     Deferred(("files/rebuild.py",), ("vrs_cli.engine.breaches",), "it brings numpy"),
     Deferred(("files/program_file.py",), ("concurrent.futures",), "most commands keep nothing"),
-    Deferred(("interfaces/station/body.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
+    Deferred(
+        ("engine/engine.py", "interfaces/station"),
+        ("vrs_cli.trajectory.measured", "vrs_cli.interfaces.station.body", "vrs_cli.twin.divergence"),
+        "few robots have a body",
+    ),
     Deferred(
         ("interfaces/inspection.py",),
         ("vrs_cli.engine.engine",),

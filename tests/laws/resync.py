@@ -30,7 +30,8 @@ from vrs_cli.kinematics.joints import put_inside
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import ResyncBody
-from vrs_cli.values.measured import BodyMode, DivergenceAlarm, Report, ResyncReport
+from vrs_cli.values.measured import BodyMode, DivergenceAlarm, Report
+from vrs_cli.values.results import ResyncReport
 
 STEP = 0.01  # [s]
 MEAN, DEVIATION = 0.2, 0.08  # [s] of the delay of each line, gamma distributed

@@ -20,18 +20,9 @@ from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.render.layout import LAYOUTS
 from vrs_cli.render.text import plain_text
 from vrs_cli.values import replies
-from vrs_cli.values.measured import (
-    BodyMode,
-    BodySeen,
-    DivergenceAlarm,
-    DivergenceCause,
-    OnAlarm,
-    Report,
-    ReportCounts,
-    ResyncReport,
-)
+from vrs_cli.values.measured import BodyMode, BodySeen, DivergenceAlarm, DivergenceCause, OnAlarm, Report, ReportCounts
 from vrs_cli.values.replies import Reply
-from vrs_cli.values.results import Position, Untrue
+from vrs_cli.values.results import Position, ResyncReport, Untrue
 
 WIDTHS = (60, 80, 120)
 LINES = """\

@@ -61,9 +61,9 @@ from vrs_cli.language.words.values import numbers_of, plain
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import acts
 from vrs_cli.values.commands import JointTarget, NamedTarget, PoseTarget, Target
-from vrs_cli.values.measured import BodyMode, Report, ResyncReport
+from vrs_cli.values.measured import BodyMode, Report
 from vrs_cli.values.numbers import Value
-from vrs_cli.values.results import CommandRecord, FollowReport
+from vrs_cli.values.results import CommandRecord, FollowReport, ResyncReport
 from vrs_cli.wire.messages import LeaseAct
 
 MIN_SPEED, MAX_SPEED = 0.01, 327.0  # [%] limits of the speed of all motions (`speed`)

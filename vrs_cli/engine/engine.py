@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from functools import cached_property
 from math import ceil
 from operator import is_not
+from typing import TYPE_CHECKING
 
 from msgspec import Struct, structs
 
@@ -32,7 +34,6 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, angle_between, at_position, compose, length, position, scaled_vector
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.laws.law import LAWS
-from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values import commands
@@ -49,8 +50,10 @@ from vrs_cli.values.commands import (
     SetTool,
     Start,
 )
-from vrs_cli.values.measured import ResyncReport
-from vrs_cli.values.results import FollowReport, Position, Reach
+from vrs_cli.values.results import FollowReport, Position, Reach, ResyncReport
+
+if TYPE_CHECKING:
+    from vrs_cli.trajectory.measured import MeasuredRecord
 
 MIN_REPORTED_TURN = 0.01  # [rad] a larger difference from the requested turn of the tool is reported
 HAND_WIDTH_ROUNDING = 1e-6  # [m] tolerance for rounding in the width of a hand
@@ -99,7 +102,6 @@ class Engine:
         self.arm: RobotArm = arm_for(model)
         self.clock: RobotClock = clock or VirtualClock()
         self.clock.set(0.0)
-        self.measured = MeasuredRecord(model.joint_count)
         self.settings = Settings().after(commands.SetParameter("PROFILE", model.profile))
         self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
         self.postponed: list[Callable[[Postponement], None]] = []  # functions called for each postponed motion
@@ -114,6 +116,12 @@ class Engine:
         return f"<Engine of {self.model.name} at {self.now:.3f} s: {self.timeline!r}>"
 
     # --- reading ---
+
+    @cached_property
+    def measured(self) -> MeasuredRecord:
+        from vrs_cli.trajectory.measured import MeasuredRecord
+
+        return MeasuredRecord(self.model.joint_count)
 
     @property
     def now(self) -> float:

@@ -147,7 +147,9 @@ def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> replie
     last = position_at(arm, after, end)
     asked = tool_limits(arm, motion).speed if motion.kind is MotionKind.STRAIGHT else 0.0
     limits = hardest_limits(arm) if motion.kind is MotionKind.STRAIGHT else joint_limits(arm, motion)
-    place = _places(arm, after)
+
+    def place(t: float) -> Vector:
+        return position(position_at(arm, after, t).T_world_tool)
 
     def peak(measure: Measure, limit: float) -> replies.Peak:
         value, time = _peak(courses, measure)
@@ -185,10 +187,6 @@ def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> replie
     )
 
 
-def _places(arm: RobotArm, timeline: Timeline) -> Callable[[float], Vector]:
-    return lambda t: position(position_at(arm, timeline, t).T_world_tool)
-
-
 def _stretch(course: _Course, velocity: Joints) -> replies.Stretch:
     """Describe a segment: its greatest speeds, and the joint that comes nearest to its velocity limit."""
     segment = course.segment
@@ -212,8 +210,9 @@ def _cut_in(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> replies.Cu
         return None
     segment, s = before.locate(delta.cut)
     motion = segment.motion
-    speed = _sampler(arm, segment)(s).speed
-    return replies.CutIn(motion.number, motion.text, segment.phase.value, segment.start, speed)
+    return replies.CutIn(
+        motion.number, motion.text, segment.phase.value, segment.start, _sampler(arm, segment)(s).speed
+    )
 
 
 # --- inverse kinematics ----------------------------------------------------------------------------------------------

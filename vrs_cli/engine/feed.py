@@ -221,8 +221,7 @@ class Snapshot(Struct, frozen=True):
     @property
     def known_from(self) -> float:
         """The first time [s] at which both segments and events are known."""
-        last = self.values[-1].time + TICK if self.values else -inf
-        return max(self.segments[0].start, last)
+        return max(self.segments[0].start, self.values[-1].time + TICK if self.values else -inf)
 
     def with_later_events(self, count: int) -> Snapshot:
         """Return the snapshot without the first `count` events, but with the values of the channels after them."""

@@ -32,7 +32,7 @@ from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.segment import Phase, Segment, rest
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import FIRST_INPUT, Event, EventEdit, Motion, MotionKind, Start
-from vrs_cli.values.measured import ResyncReport
+from vrs_cli.values.results import ResyncReport
 
 RESYNC = "RESYNC"
 SAME_PLACE = 1e-9  # [rad, m] positions closer than this are equal

@@ -315,8 +315,7 @@ class _Line:
 
     def _instant(self, stretch: ToolStretch, part: float) -> float:
         """Return the instant of a stretch at which the tool has covered this fraction of the line."""
-        _, instant = bisect_interval(lambda s: self._part_done(stretch, s) < part, 0.0, stretch.duration, INSTANT_STEPS)
-        return instant
+        return bisect_interval(lambda s: self._part_done(stretch, s) < part, 0.0, stretch.duration, INSTANT_STEPS)[1]
 
     def _part_done(self, stretch: ToolStretch, s: float) -> float:
         """Return the fraction of the line that the tool has covered at an instant of a stretch."""

@@ -65,8 +65,8 @@ class Work:
 
 
 Said: TypeAlias = "Reply | Question | Slice | Work"
+# a generator that yields replies and questions; it receives the answer to each Question, and None after all else
 Dialogue = Generator[Said, Answer, R]
-"""A generator that yields replies and questions. It receives the answer to each Question, and None after all else."""
 
 
 def quietly(act: Callable[[], W]) -> Dialogue[W]:
@@ -204,11 +204,11 @@ def no_answer(_question: Question) -> None:
 
 T = TypeVar("T")
 
+# the response of the user's side to a reply or question: the answer, or the error that occurred while showing it
 Reaction = Answer | BaseException
-"""The response of the user's side to a reply or question: the answer, or the error that occurred while showing it."""
 
+# a function that the robot's thread calls with each reply and question of a request, and with None at its end
 Outlet = Callable[["Ticket[Any]", "Reply | Question | None"], None]
-"""A function that the robot's thread calls with each reply and question of a request, and with None at its end."""
 
 
 class Ticket(Generic[T]):

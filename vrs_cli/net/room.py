@@ -44,7 +44,7 @@ from vrs_cli.net.tokens import BODY, TEACHER, Grant
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values import replies, results
 from vrs_cli.values.commands import MotionKind
-from vrs_cli.values.measured import DivergenceAlarm, ResyncReport, alarm_text
+from vrs_cli.values.measured import DivergenceAlarm, alarm_text
 from vrs_cli.version import __version__
 
 PUMP_CPU_S = 0.005  # [s] maximum CPU time spent on the robot's messages before the sockets are flushed
@@ -237,7 +237,7 @@ class Room(ServedRobot):
                 case DivergenceAlarm():
                     self._tell_alarm(what, self.clients.values())
                     note("alarm", alarm_text(what))
-                case ResyncReport():
+                case results.ResyncReport():
                     note("RESYNC", f"from {what.t:.3f} s, the body follows from {what.until:.3f} s on")
                 case results.Message():
                     note("alarm", what.text)

@@ -14,9 +14,17 @@ from vrs_cli.kinematics.transform import Transform, Vector, is_rotation
 from vrs_cli.values import commands, replies
 from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.values.hand import Shortfall
-from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.numbers import LIMIT, Value
-from vrs_cli.values.results import CommandRecord, FollowReport, RobotAct, RunResult, TaggedValue, Untrue, UserAct
+from vrs_cli.values.results import (
+    CommandRecord,
+    FollowReport,
+    ResyncReport,
+    RobotAct,
+    RunResult,
+    TaggedValue,
+    Untrue,
+    UserAct,
+)
 
 
 class Goal(Struct, frozen=True, omit_defaults=True):

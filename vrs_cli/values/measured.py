@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import angle_between, distance
-from vrs_cli.values.results import Apart, Position, TaggedValue
+from vrs_cli.values.results import Apart, Position
 
 MAX_LATENESS_S = 2.0  # [s] a report is dropped if it is this much older than the newest one
 
@@ -160,14 +160,3 @@ class OnAlarm(Enum):
     HOLD = "hold"
     ABORT = "abort"
     RESYNC = "resync"
-
-
-class ResyncReport(TaggedValue, frozen=True):
-    """The result of RESYNC: at `t` [s] the timeline begins to move to the measured joints, and at `until` [s] the arm
-    follows it again. `distances`: the differences between the timeline and the measured joints [rad, m]. `goal`: the
-    text of the next target; empty if the robot stays where it is."""
-
-    t: float
-    until: float
-    distances: Joints
-    goal: str = ""

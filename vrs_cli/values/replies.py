@@ -304,7 +304,7 @@ class BodyReport(TaggedValue, frozen=True):
 class Resynchronised(TaggedValue, frozen=True):
     """The message that RESYNC has finished; `units`: the units in which `distances` are shown."""
 
-    report: measured.ResyncReport
+    report: results.ResyncReport
     units: JointUnits
 
 

@@ -273,6 +273,17 @@ class FollowReport(TaggedValue, frozen=True):
     worst: Joints
 
 
+class ResyncReport(TaggedValue, frozen=True):
+    """The result of RESYNC: at `t` [s] the timeline begins to move to the measured joints, and at `until` [s] the arm
+    follows it again. `distances`: the differences between the timeline and the measured joints [rad, m]. `goal`: the
+    text of the next target; empty if the robot stays where it is."""
+
+    t: float
+    until: float
+    distances: Joints
+    goal: str = ""
+
+
 class RunResult(TaggedValue, frozen=True):
     """The result of a program run: completed cycles, robot clock at its start and end [s], lines printed with TYPE, and
     the error if there was one. `beside`: other tasks that stopped with an error; `detail`: the new value of a watched

@@ -20,16 +20,9 @@ from vrs_cli.interfaces.station.body import AHEAD, PAST, SILENT, BodyChange, Bod
 from vrs_cli.interfaces.users import STOPPED, StreamKind, TargetStream
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.measured import MeasuredRecord
-from vrs_cli.values.measured import (
-    BodyMode,
-    DivergenceAlarm,
-    DivergenceCause,
-    OnAlarm,
-    Report,
-    ReportCounts,
-    ResyncReport,
-)
+from vrs_cli.values.measured import BodyMode, DivergenceAlarm, DivergenceCause, OnAlarm, Report, ReportCounts
 from vrs_cli.values.replies import Resynchronised
+from vrs_cli.values.results import ResyncReport
 
 
 class Bench:

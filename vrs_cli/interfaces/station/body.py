@@ -56,8 +56,8 @@ class BodyChange(Struct, frozen=True):
     at: float
 
 
-BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | results.Message
-"""A notification to the listeners of a body. A `Message` reports that an automatic reaction to an alarm has failed."""
+# a notification to the listeners of a body; a `Message` reports that an automatic reaction to an alarm has failed
+BodyNews = BodyChange | measured.DivergenceAlarm | results.ResyncReport | results.Message
 
 
 class ClockSeen(Struct, frozen=True):
@@ -325,7 +325,6 @@ class DivergenceGuard:
 
     def __init__(
         self,
-        body: RobotBody,
         engine: Engine,
         timeline: Callable[[], Timeline],
         settle: Callable[[], object],
@@ -333,14 +332,16 @@ class DivergenceGuard:
         runs: Callable[[], bool],
         ask: Callable[[Dialogue[None], bool], object],
     ) -> None:
-        self._body, self._engine, self._timeline = body, engine, timeline
+        self._engine, self._timeline = engine, timeline
+        self.body = RobotBody(engine.measured, lambda: engine.clock.reached)
         self._settle, self._stop, self._runs, self.ask = settle, stop, runs, ask
         self._watch: DivergenceWatch | None = None
         self._last: measured.DivergenceAlarm | None = None
         self._due = False  # whether an automatic RESYNC waits until the body is no longer stopped (emergency stop)
         self._entered = -inf  # [s] when a client began to act as the body
         self._synchronised = -inf  # [s] when the last automatic RESYNC ended
-        body.listeners.append(self._hear)
+        self.body.listeners.append(self._hear)
+        self.body.record.listeners.insert(0, self.take)
 
     @property
     def on_alarm(self) -> measured.OnAlarm:
@@ -362,7 +363,7 @@ class DivergenceGuard:
             from vrs_cli.twin.divergence import DivergenceWatch
 
             self._watch = DivergenceWatch(self._engine.arm)
-        timeline, body = self._timeline(), self._body
+        timeline, body = self._timeline(), self.body
         for report in reports:
             # no alarm for a body at rest that was ordered to hold, has just connected, or was just ordered to follow
             since = max(body.ordered_at, self._entered)
@@ -376,47 +377,46 @@ class DivergenceGuard:
     def _raise(self, alarm: measured.DivergenceAlarm) -> None:
         """Report an alarm, and start the reaction that PARAMETER DIVERGENCE selects."""
         self._last = alarm
-        self._body.tell(alarm)
+        self.body.tell(alarm)
         what = self.on_alarm
         if what is measured.OnAlarm.ABORT:
             self.ask(quietly(self._stop), True)
         comes_back = what is measured.OnAlarm.RESYNC and alarm.cause is measured.DivergenceCause.PUSH
         if what in (measured.OnAlarm.HOLD, measured.OnAlarm.RESYNC) and not comes_back:
-            self._body.command(measured.BodyMode.HOLDS)
+            self.body.command(measured.BodyMode.HOLDS)
         first = alarm.t > self._synchronised + AGAIN_AFTER or alarm.cause is measured.DivergenceCause.STOPPED
         self._due = what is measured.OnAlarm.RESYNC and first and alarm.cause in PASSING
 
     def _hear(self, what: object) -> None:
         """Order a new body to hold until the automatic RESYNC, if PARAMETER DIVERGENCE selects RESYNC."""
         if isinstance(what, BodyChange) and what.name != what.before:
-            self._watch, self._due, self._entered = None, False, self._body.now()
+            self._watch, self._due, self._entered = None, False, self.body.now()
             if what.name and self.on_alarm is measured.OnAlarm.RESYNC:
                 self._due = True
-                self._body.command(measured.BodyMode.HOLDS)
+                self.body.command(measured.BodyMode.HOLDS)
 
     # --- RESYNC ---
 
     def resync(
         self, *, stops: bool, issued: float | None, check: Callable[[], object]
-    ) -> Dialogue[measured.ResyncReport]:
+    ) -> Dialogue[results.ResyncReport]:
         """Order the body to hold; move the robot of the timeline to the body's position, and from there to its earlier
         target (unless `stops`); order the body to follow again. `check`: checks that RESYNC is allowed, and is called
         again when the body is at rest. Raises RequestRefused, MotionError, PowerOff; the body then still holds."""
-        body = self._body
-        body.check_reports()
-        body.command(measured.BodyMode.HOLDS)
-        report = yield from beside(lambda: body.wait_for_rest(STANDS_WITHIN))
+        self.body.check_reports()
+        self.body.command(measured.BodyMode.HOLDS)
+        report = yield from beside(lambda: self.body.wait_for_rest(STANDS_WITHIN))
         self._settle()  # carry out the events of the time spent waiting
         check()
         if report.mode is measured.BodyMode.STOPPED and not stops:
             raise RequestRefused(
-                f"{body.name or 'the body'} has stopped by itself",
+                f"{self.body.name or 'the body'} has stopped by itself",
                 "end its emergency stop first, or {RESYNC STOP} goes to where it stands",
             )
-        leaves = self._engine.now + DELAYS * body.clock.delay + MARGIN if body.name else 0.0
+        leaves = self._engine.now + DELAYS * self.body.clock.delay + MARGIN if self.body.name else 0.0
         done = self._engine.resync(report.joints, stops=stops, leaves=leaves, issued=issued)
-        body.command(measured.BodyMode.FOLLOWS, done.until)
-        body.tell(done)
+        self.body.command(measured.BodyMode.FOLLOWS, done.until)
+        self.body.tell(done)
         return done
 
     def _resync_by_itself(self) -> Dialogue[None]:
@@ -427,12 +427,12 @@ class DivergenceGuard:
                 raise UsageError("RESYNC has to wait until the program stops", "{ABORT} stops it")
 
         check()
-        report = yield from beside(lambda: self._body.wait_for_rest(STANDS_WITHIN))
+        report = yield from beside(lambda: self.body.wait_for_rest(STANDS_WITHIN))
         self._settle()
         engine = self._engine
         here = joints_at(engine.arm, engine.timeline, engine.now)
         if engine.now >= engine.end and max(abs(a - b) for a, b in zip(report.joints, here, strict=True)) < NEAR:
-            self._body.command(measured.BodyMode.FOLLOWS)
+            self.body.command(measured.BodyMode.FOLLOWS)
             return
         self._synchronised = (yield from self.resync(stops=False, issued=None, check=check)).until
 
@@ -441,4 +441,4 @@ class DivergenceGuard:
         try:
             yield from dialogue
         except VrsError as error:
-            self._body.tell(results.Message(f"After an alarm of the body: {error}", results.Tone.WARNING))
+            self.body.tell(results.Message(f"After an alarm of the body: {error}", results.Tone.WARNING))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cached_property
 from itertools import chain
 from math import degrees
 from pathlib import Path
@@ -20,7 +21,7 @@ from vrs_cli.engine.clock import RobotClock
 from vrs_cli.files import opening, store
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
-from vrs_cli.interfaces.station import body, loaded_file
+from vrs_cli.interfaces.station import loaded_file
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Stepping, Track
@@ -43,9 +44,10 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.text import ast, collector, parser
 from vrs_cli.language.words import values, word
-from vrs_cli.values import diagnostics, hand, measured, results, world
+from vrs_cli.values import diagnostics, hand, results, world
 
 if TYPE_CHECKING:
+    from vrs_cli.interfaces.station.body import DivergenceGuard, RobotBody
     from vrs_cli.values.replies import Plot
     from vrs_cli.world.course import World
 
@@ -74,7 +76,8 @@ class Station:
     - `task` is the robot program that is running or ran last; `last_program` is its name.
     - `user_state`: the state of the user who is being served. `own_user_state`: the state of the user of a robot that
       has only one.
-    - `body`: the reports of the real or simulated arm; `divergence` compares them with the timeline.
+    - `body`: the reports of the real or simulated arm; `divergence` compares them with the timeline. Both are made when
+      one of them is first used, because few robots have a body.
     - `lease`: the right to drive; None: all users may drive.
     - `folder`: the folder of the files. `close` completes the files written by programs.
     - `outside`: the TCP peers and serial lines to which programs may connect; by default none.
@@ -98,7 +101,6 @@ class Station:
         self.engine = engine.Engine(model or load_robot("puma560"), start=start, clock=clock)
         self.branches = branches.Branches(self.engine)
         self.units = self.engine.model.units
-        self.body = body.RobotBody(self.engine.measured, lambda: self.engine.clock.reached)
         self.environment = Environment(units=self.units)
         self.programs = self.environment.programs
         self.unstored = loaded_file.Unstored(self.environment)
@@ -108,16 +110,6 @@ class Station:
         self.driver = Driver(self.engine, terminal, self.environment, folder, outside, advice)
         self.actor = Actor(self.driver)
         self.tasks = self.driver.tasks
-        self.divergence = body.DivergenceGuard(
-            self.body,
-            self.engine,
-            timeline=lambda: self.branches.seen_by(None)[0],
-            settle=self.settle,
-            stop=self.stop,
-            runs=lambda: any(self.tasks.running),
-            ask=lambda dialogue, urgent: self.actor.submit(self.divergence.report_failure(dialogue), urgent=urgent),
-        )
-        self.engine.measured.listeners.append(self.divergence.take)
         self.tasks.notify = self._tell
         self.close = finalize(self, self.driver.devices.close_all)  # `finalize` also calls it at the end of the process
         self.engine.postponed.append(lambda it: self._warn(it.sentence))
@@ -145,6 +137,23 @@ class Station:
         # draws a plot into a file; None if this robot cannot draw files
         self.draw: Callable[[Path, Plot], None] | None = None
         self.journal: Path | None = None  # file to which each motion is written when it is commanded
+
+    @cached_property
+    def divergence(self) -> DivergenceGuard:
+        from vrs_cli.interfaces.station.body import DivergenceGuard
+
+        return DivergenceGuard(
+            self.engine,
+            timeline=lambda: self.branches.seen_by(None)[0],
+            settle=self.settle,
+            stop=self.stop,
+            runs=lambda: any(self.tasks.running),
+            ask=lambda dialogue, urgent: self.actor.submit(self.divergence.report_failure(dialogue), urgent=urgent),
+        )
+
+    @property
+    def body(self) -> RobotBody:
+        return self.divergence.body
 
     @property
     def task(self) -> runtime.Task | None:
@@ -448,10 +457,13 @@ class Station:
 
     def _tell(self, one: results.StoppedTask) -> None:
         """Report that a task other than the awaited one has stopped with an error."""
-        fault = one.fault
         self.terminal.show(
             results.ProgramStopped(
-                f"{fault.message} [{one.where}]", fault.program, fault.step, fault.source, results.Tone.ERROR
+                f"{one.fault.message} [{one.where}]",
+                one.fault.program,
+                one.fault.step,
+                one.fault.source,
+                results.Tone.ERROR,
             )
         )
 
@@ -495,7 +507,7 @@ class Station:
         if not self.engine.realtime:
             self.settle(self.engine.end)
 
-    def resync(self, *, stops: bool) -> Dialogue[measured.ResyncReport]:
+    def resync(self, *, stops: bool) -> Dialogue[results.ResyncReport]:
         """Make the body (the real or simulated arm) and the timeline agree again (RESYNC). Raises UsageError on a
         branch other than main and while a program runs, RequestRefused, MotionError."""
         if self.branches.present != branches.MAIN:
