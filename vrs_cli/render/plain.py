@@ -10,8 +10,9 @@ from typing import TextIO
 from vrs_cli.engine.book import SAME_TIME
 from vrs_cli.values import numbers, results
 
-# control characters except tabs, line ends, and those that TYPE may send: the bell (/B) and n lines up (/U)
-_CONTROL = re.compile(r"(\x1b\[[0-9]{1,4}A)|[\x00-\x06\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]")
+# control characters except tabs, line ends, and those that TYPE may send: the bell (/B) and n lines up (/U);
+# compiled on first use, because batch runs need it only at a terminal
+_CONTROL = r"(\x1b\[[0-9]{1,4}A)|[\x00-\x06\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]"
 _CARETS = [f"{'M-' * (code >= 0x80)}^{chr(code % 0x80 ^ 0x40)}" for code in range(0xA0)]
 
 
@@ -22,7 +23,7 @@ def visible(text: str) -> str:
     A program's string may contain any character, and a terminal obeys some of them: it changes colours or its title, or
     sends keys.
     """
-    return _CONTROL.sub(lambda found: found[1] or _CARETS[ord(found[0])], text)
+    return re.sub(_CONTROL, lambda found: found[1] or _CARETS[ord(found[0])], text)
 
 
 def for_stream(text: str, stream: TextIO) -> str:

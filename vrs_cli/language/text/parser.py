@@ -402,7 +402,8 @@ def step_numbers(lines: Sequence[SourceLine]) -> bool:
     return len(rest) > 1 and targets <= labels
 
 
-_COMMENT: Final = re.compile(r";.*\bvrs:\s*ignore(-file)?((?:[\s,]+V\d{3,4})*)\s*$", re.IGNORECASE)
+# compiled on first use, because few files have such comments
+_COMMENT: Final = r"(?i);.*\bvrs:\s*ignore(-file)?((?:[\s,]+V\d{3,4})*)\s*$"
 
 
 def drop_suppressed(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
@@ -414,7 +415,7 @@ def drop_suppressed(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[
         return everything
     unwanted: dict[int, set[str]] = {}  # suppressed codes ("" for all) by line number; 0 is the whole file
     for number, line in asked:
-        if comment := _COMMENT.search(line):
+        if comment := re.search(_COMMENT, line):
             unwanted.setdefault(0 if comment[1] else number, set()).update(
                 re.findall(r"V\d{3,4}", comment[2].upper()) or [""]
             )
