@@ -137,10 +137,10 @@ class _Stretch:
         self.starts, finishes = map(np.concatenate, zip(*[block.times() for block in blocks], strict=True))
         self.durations = (finishes - self.starts)[:, None]
         paths = [path for block in blocks for path in block.row.paths[block.first : block.last]]
-        self.straight = np.array([not isinstance(path, JointPath) for path in paths])[:, None]
         phases = b"".join(block.row.phases[block.first : block.last] for block in blocks)
         self.resting = np.frombuffer(phases, np.uint8)[:, None] == CODES[Phase.REST]
-        joints = coefficients(paths)
+        joints, straight = coefficients(paths)
+        self.straight = straight[:, None]
         self.orders = joints, _derivative(joints), _derivative(_derivative(joints))
         self.steep = [
             (row, path, float(self.durations[row, 0]))
@@ -197,7 +197,7 @@ class _Stretch:
         `what`: the message, with the placeholders {joint} and {size}. `shift` is 1 if the rows are boundaries between
         segments.
         """
-        for row in np.flatnonzero(wrong.any(axis=1)).tolist():
+        for row in np.flatnonzero(wrong.any(axis=1)).tolist() if wrong.any() else ():
             joint = int(np.where(wrong[row], size[row], 0.0).argmax()) + 1
             text = what.format(joint=joint, size=self.model.joint_text(joint, float(size[row, joint - 1]), 4))
             yield self._breach(row + shift, text)

@@ -202,7 +202,7 @@ def _segments(segments: list[Segment]) -> dict[str, NDArray[np.generic]]:
     polynomials are NaN for segments that are planned as joint motions.
     """
     paths = [segment.path for segment in segments]
-    joints = coefficients(paths).transpose(1, 2, 0).copy()
+    joints = coefficients(paths)[0].transpose(1, 2, 0).copy()
     lines = {row: path.position for row, path in enumerate(paths) if isinstance(path, CartesianPath)}
     xyz = np.full((len(paths), 3, max((len(x) for x, _, _ in lines.values()), default=1)), np.nan)
     for row, polynomials in lines.items():

@@ -296,21 +296,22 @@ def table_of(row: Row, first: int, last: int) -> BlockTable:
     frames = tuple(dict.fromkeys(motion.frames for motion in motions))
     number = {frame: count for count, frame in enumerate(frames)}
     return BlockTable(
-        row=row,
-        first=first,
-        starts=starts,
-        finishes=finishes,
-        durations=finishes - starts,
-        coefficients=coefficients(paths),
-        straight=np.array([not isinstance(path, JointPath) for path in paths]),
-        resting=np.frombuffer(bytes(row.phases[first:last]), np.uint8) == CODES[Phase.REST],
-        frames=frames,
-        frame_number=np.array([number[motion.frames] for motion in motions]),
+        row,
+        first,
+        starts,
+        finishes,
+        finishes - starts,
+        *coefficients(paths),
+        np.frombuffer(bytes(row.phases[first:last]), np.uint8) == CODES[Phase.REST],
+        frames,
+        np.array([number[motion.frames] for motion in motions]),
     )
 
 
-def coefficients(paths: Sequence[Path]) -> Floats:
-    """Return the coefficients of paths in joint space, (k, m, n) by ascending power; zero for straight paths."""
+def coefficients(paths: Sequence[Path]) -> tuple[Floats, Flags]:
+    """Return the coefficients of paths, (k, m, n) by ascending power, and whether each path is straight (m,). The
+    coefficients of a straight path are zero.
+    """
     import numpy as np
 
     found = [path.doubles() if isinstance(path, JointPath) else (0, b"") for path in paths]
@@ -318,9 +319,9 @@ def coefficients(paths: Sequence[Path]) -> Floats:
     table = np.zeros((max(lengths.max(), 1), len(paths), paths[0].joint_count))
     for length in filter(None, set(lengths.tolist())):
         places = np.flatnonzero(lengths == length)
-        values = np.frombuffer(b"".join([found[place][1] for place in places.tolist()]))
-        table[:length, places] = values.reshape(len(places), -1, length).transpose(2, 0, 1)
-    return table
+        doubles = b"".join([found[place][1] for place in places.tolist()])
+        table[:length, places] = np.frombuffer(doubles).reshape(len(places), -1, length).transpose(2, 0, 1)
+    return table, lengths == 0
 
 
 TIED, OBSERVED = 1, 2  # bits of an event's flags: it moves with its motion; it records a value that was read
