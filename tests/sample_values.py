@@ -20,6 +20,14 @@ from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.commands import Motion
 from vrs_cli.wire.records import DeltaRecord, Motions, SegmentRecord, delta_record, segment_records
 
+R = TypeVar("R", DeltaRecord, SegmentRecord)
+
+
+def with_lists(record: R) -> R:
+    """The record with lists where decoding makes lists."""
+    return msgspec.convert(msgspec.to_builtins(record), type(record))
+
+
 GIVEN: Mapping[Any, st.SearchStrategy[Any]] = {
     TimelineDelta: deltas,
     Segment: segments,
@@ -30,8 +38,8 @@ GIVEN: Mapping[Any, st.SearchStrategy[Any]] = {
     int: st.integers(0, 2**53),
     bool: st.booleans(),
     bytes: st.binary(max_size=5),
-    DeltaRecord: deltas.map(lambda delta: delta_record(delta, Motions())),
-    SegmentRecord: segments.map(lambda segment: segment_records([segment], Motions(), None)[0]),
+    DeltaRecord: deltas.map(lambda delta: with_lists(delta_record(delta, Motions()))),
+    SegmentRecord: segments.map(lambda segment: with_lists(segment_records([segment], Motions(), None)[0])),
     dict[str, Any]: st.dictionaries(st.text(max_size=5), st.integers(-9, 9) | st.text(max_size=5), max_size=2),
     str: st.text(max_size=5),
     type(None): st.none(),

@@ -10,7 +10,6 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import Enum
-from functools import cache
 from itertools import chain, pairwise
 from typing import NamedTuple
 
@@ -70,22 +69,24 @@ class JointPath(Struct, eq=False, gc=False):
     _length: int = 0  # number of coefficients of a polynomial, once the path is packed
 
     @classmethod
-    def make_packed(cls, rows: Sequence[Polynomial]) -> JointPath:
+    def make_packed(cls, rows: Sequence[Sequence[float]]) -> JointPath:
         """Make a path whose coefficients are stored as contiguous doubles. Raises ValueError if the polynomials differ
         in their number of coefficients.
         """
         length = len(rows[0])
-        numbers: Polynomial = ()
+        numbers: list[float] = []
         for row in rows:
             if len(row) != length:
-                raise ValueError("polynomials of one path have the same number of coefficients")
+                raise ValueError(
+                    f"polynomials of {min(map(len, rows))} and of {max(map(len, rows))} coefficients in one segment"
+                )
             numbers += row
-        return cls(_doubles(len(numbers)).pack(*numbers), length)
+        return cls(_DOUBLES[len(numbers)].pack(*numbers), length)
 
     @property
     def coefficients(self) -> tuple[Polynomial, ...]:
         rows = self._rows
-        return tuple(_doubles(self._length).iter_unpack(rows)) if isinstance(rows, bytes) else rows
+        return tuple(_DOUBLES[self._length].iter_unpack(rows)) if isinstance(rows, bytes) else rows
 
     def pack(self) -> None:
         """Replace the polynomials by their contiguous doubles."""
@@ -100,7 +101,7 @@ class JointPath(Struct, eq=False, gc=False):
         if isinstance(rows, bytes):
             return self._length, rows
         length = len(rows[0])
-        return length, _doubles(length * len(rows)).pack(*chain.from_iterable(rows))
+        return length, _DOUBLES[length * len(rows)].pack(*chain.from_iterable(rows))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, JointPath) and (
@@ -130,7 +131,7 @@ class JointPath(Struct, eq=False, gc=False):
                     p5 + s * (v5 + s * h5),
                     p6 + s * (v6 + s * h6),
                 )
-            degree, polynomials = self._length - 1, _doubles(self._length).iter_unpack(rows)
+            degree, polynomials = self._length - 1, _DOUBLES[self._length].iter_unpack(rows)
         else:
             degree, polynomials = len(rows[0]) - 1, iter(rows)
         if degree == 2:  # the two most frequent degrees are written out, because this is faster
@@ -191,15 +192,15 @@ class JointPath(Struct, eq=False, gc=False):
         return True
 
 
-@cache
-def _doubles(count: int) -> struct.Struct:
-    """Return the layout of `count` contiguous doubles."""
-    return struct.Struct(f"{count}d")
+class _Layouts(dict[int, struct.Struct]):  # a dictionary, because calling a cached function takes twice as long
+    def __missing__(self, count: int) -> struct.Struct:
+        return self.setdefault(count, struct.Struct(f"{count}d"))
 
 
+_DOUBLES = _Layouts()  # the layout of contiguous doubles, by their number
 DOUBLE_BYTES = 8
 _SIX = 6 * 3 * DOUBLE_BYTES  # size of the packed parabolas of six joints [bytes]
-_six_parabolas = _doubles(6 * 3).unpack
+_six_parabolas = _DOUBLES[6 * 3].unpack
 
 
 class Turn(NamedTuple):
@@ -432,7 +433,7 @@ class PackedMotion(Struct, frozen=True, gc=False):
         """
         goal = motion.goal or ()
         known = before is not None and _other_fields(motion) == _other_fields(before.like)
-        return cls(motion.number, _doubles(len(goal)).pack(*goal), before.like if before and known else motion)
+        return cls(motion.number, _DOUBLES[len(goal)].pack(*goal), before.like if before and known else motion)
 
     @property
     def kind(self) -> MotionKind:
@@ -444,7 +445,7 @@ class PackedMotion(Struct, frozen=True, gc=False):
 
     def unpack(self) -> Motion:
         _, kind, start, _, *others = self.like
-        goal = _doubles(len(self.goal) // DOUBLE_BYTES).unpack(self.goal)
+        goal = _DOUBLES[len(self.goal) // DOUBLE_BYTES].unpack(self.goal)
         return _new(Motion, (self.number, kind, start, goal, *others))
 
 

@@ -6,7 +6,7 @@ fits the robot, but not that its motions obey the motion laws and limits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sized
+from collections.abc import Callable, Iterable, Sequence, Sized
 from math import copysign, hypot
 from typing import Annotated
 
@@ -50,7 +50,8 @@ _new = tuple.__new__  # makes a NamedTuple faster than calling its class; used f
 Number = Annotated[float, msgspec.Meta(ge=-MAX_NUMBER, le=MAX_NUMBER)]
 Time = Annotated[float, msgspec.Meta(ge=-2.0 * LATEST, le=2.0 * LATEST)]
 Numbers = Annotated[tuple[Number, ...], msgspec.Meta(min_length=1)]
-Coefficients = Annotated[tuple[Number, ...], msgspec.Meta(min_length=1, max_length=MAX_DEGREE + 1)]
+COEFFICIENT_COUNT = msgspec.Meta(min_length=1, max_length=MAX_DEGREE + 1)
+Coefficients = Annotated[tuple[Number, ...], COEFFICIENT_COUNT]
 Row = tuple[Number, Number, Number, Number]
 Rows = tuple[Row, Row, Row]
 Axis = tuple[Number, Number, Number]
@@ -66,7 +67,7 @@ Name = Annotated[str, msgspec.Meta(max_length=200)]
 Text = Annotated[str, msgspec.Meta(max_length=100_000)]
 
 
-class StrictRecord(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True):
+class StrictRecord(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True, gc=False):
     """A record with its keys in the order of the fields; unknown keys are refused."""
 
 
@@ -149,7 +150,7 @@ class SegmentRecord(StrictRecord, frozen=True):
     finish: Time
     phase: Phase
     motion: Count | MotionRecord | None = None
-    joints: tuple[Coefficients, ...] | None = None
+    joints: Sequence[Annotated[Sequence[Number], COEFFICIENT_COUNT]] | None = None
     line: LineRecord | None = None
     pieces: tuple[PieceRecord, ...] = ()
 
@@ -345,7 +346,29 @@ def segments_of(
     records: Iterable[SegmentRecord], motions: Motions, owner: Motion | None, form: Form
 ) -> tuple[Segment, ...]:
     """Convert records to segments. `owner`: the motion of records that do not name one. Raises RecordError."""
-    return tuple([_segment(record, motions, owner, form) for record in records])
+    made, checked = list[Segment](), None
+    for record in records:  # the checks are not functions of their own, because they run for each segment of a file
+        motion = owner if record.motion is None else motions.resolve(record.motion, form)
+        if motion is None:
+            raise RecordError("a segment of the initial timeline names no motion")
+        if motion is not checked and motion.kind in STANDING_KINDS:
+            raise RecordError(f"a segment of a motion of kind {motion.kind.value}, which has none")
+        checked, start, finish = motion, record.start, record.finish
+        if not ((start * TICKS_PER_SECOND).is_integer() and (finish * TICKS_PER_SECOND).is_integer()):
+            raise _off_grid(start, finish)
+        if start > finish:
+            raise RecordError(f"a segment finishes at {finish!r} s, before it starts at {start!r} s")
+        rows, line = record.joints or (), record.line
+        if (record.joints is None) is (line is None):
+            raise RecordError("a segment needs either joints or line")
+        if line is None and len(rows) != form.joint_count:
+            raise _wrong_count(rows, form)
+        try:
+            path = JointPath.make_packed(rows) if line is None else _line(line, form)
+        except ValueError as error:
+            raise RecordError(str(error)) from None
+        made.append(Segment(start, finish, path, record.phase, motion))
+    return tuple(made)
 
 
 def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta:
@@ -373,32 +396,6 @@ def _on_grid(t: float) -> float:
     if not (t * TICKS_PER_SECOND).is_integer():
         raise _off_grid(t, t)
     return t
-
-
-def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, form: Form) -> Segment:
-    motion = owner if record.motion is None else motions.resolve(record.motion, form)
-    if motion is None:
-        raise RecordError("a segment of the initial timeline names no motion")
-    if motion.kind in STANDING_KINDS:
-        raise RecordError(f"a segment of a motion of kind {motion.kind.value}, which has none")
-    start, finish = record.start, record.finish
-    if not ((start * TICKS_PER_SECOND).is_integer() and (finish * TICKS_PER_SECOND).is_integer()):
-        raise _off_grid(start, finish)
-    if start > finish:
-        raise RecordError(f"a segment finishes at {finish!r} s, before it starts at {start!r} s")
-    rows, line = record.joints or (), record.line
-    if (record.joints is None) is (line is None):
-        raise RecordError("a segment needs either joints or line")
-    if line is not None:
-        return Segment(start, finish, _line(line, form), record.phase, motion)
-    if len(rows) != form.joint_count:  # `_check_count`, written out here because this runs for each segment
-        raise _wrong_count(rows, form)
-    try:
-        return Segment(start, finish, JointPath.make_packed(rows), record.phase, motion)
-    except ValueError:
-        lengths = {*map(len, rows)}
-        what = f"polynomials of {min(lengths)} and of {max(lengths)} coefficients in one segment"
-        raise RecordError(what) from None
 
 
 def _line(record: LineRecord, form: Form) -> CartesianPath:
