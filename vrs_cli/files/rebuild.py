@@ -91,16 +91,16 @@ class LoadedTimeline:
             self._count, self._version = len(self._timeline), self._timeline.version
             self._last = self._timeline[self._count - 1]
             return
-        edge = self._last.finish
-        for segment in delta.segments:
+        edge, segments = self._last.finish, delta.segments
+        for segment in segments:
             if segment.start < edge:
                 raise RecordError("the segments overlap in time")
             edge = segment.finish
-        self._appended += delta.segments
-        self._count += len(delta.segments)
+        self._appended += segments
+        self._count += len(segments)
         self._version += 1
-        if delta.segments:
-            self._last = delta.segments[-1]
+        if segments:
+            self._last = segments[-1]
 
 
 # --- the hand in older files ---------------------------------------------------------------------------------------
@@ -125,7 +125,8 @@ class OlderHand:
             self.found, self._ended = False, True
             return delta
         self.found = self.found or delta.motion.hand != 0.0
-        if not loaded.has_events and not any(segment.motion.hand for segment in delta.segments):
+        # a list, because making a generator takes longer than three segments
+        if not loaded.has_events and not any([segment.motion.hand for segment in delta.segments]):  # noqa: C419
             return delta
         timeline = loaded.timeline()
         count = len(timeline)
@@ -236,19 +237,18 @@ def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], l
 
     from vrs_cli.engine.breaches import PLACE_TOLERANCE, breaches
 
-    goals_by_line = [
-        (line, goal) for line, delta in zip(lines, deltas, strict=True) if (goal := delta.motion.goal) is not None
-    ]
-    goals = np.fromiter(chain.from_iterable(goal for _, goal in goals_by_line), float).reshape(
-        len(goals_by_line), arm.model.joint_count
-    )
-    outside = (goals < np.array(arm.model.lower) - PLACE_TOLERANCE) | (
-        goals > np.array(arm.model.upper) + PLACE_TOLERANCE
+    goals = [goal for delta in deltas if (goal := delta.motion.goal) is not None]
+    table = np.fromiter(chain.from_iterable(goals), float).reshape(len(goals), arm.model.joint_count)
+    outside = (table < np.array(arm.model.lower) - PLACE_TOLERANCE) | (
+        table > np.array(arm.model.upper) + PLACE_TOLERANCE
     )
     for row in np.flatnonzero(outside.any(axis=1)).tolist():
-        joint = int(outside[row].argmax()) + 1
-        said = arm.model.joint_text(joint, float(goals[row, joint - 1]))
-        yield Fault(goals_by_line[row][0], f"the goal of joint {joint}, {said}, is beyond its range")
+        joint = int(outside[row].argmax())
+        line = [line for line, delta in zip(lines, deltas, strict=True) if delta.motion.goal is not None][row]
+        yield Fault(
+            line,
+            f"the goal of joint {joint + 1}, {arm.model.joint_text(joint + 1, goals[row][joint])}, is beyond its range",
+        )
     yield from in_lines(breaches(arm, timeline), timeline, deltas, lines)
 
 
