@@ -1,4 +1,4 @@
-"""vrs: a VAL-II shell for a virtual robot, and the robot in Python.
+"""vrs: a VAL-II shell for a virtual robot, and a Python API for this robot.
 
     import vrs_cli as vrs
 

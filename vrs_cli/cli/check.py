@@ -229,7 +229,7 @@ def _find(
     source: sources.Source, inspector: Inspector, beside: Beside, options: Namespace, text: str
 ) -> tuple[Diagnostic, ...]:
     """Return the errors in a program text, and the warnings that the options select. A call of a program in another
-    file of the same folder is no error."""
+    file of the same folder is not an error."""
     parts = inspector.read(text, source.name)
     everything = inspector.inspect(parts, beside)
     if source.is_file and any(one.code == UndefinedName.code for one in everything):

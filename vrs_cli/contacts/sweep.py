@@ -34,7 +34,8 @@ AT_ONCE = 1e-6  # [s] assumed duration of the hand's motion if the hand opens or
 SAME = 1e-6  # [s] times that differ by less than this are equal
 SAME_PLACE = 1e-9  # [m] two poses are equal if their elements differ by less than this
 
-Course = tuple[Timeline, WorldCourse | None]  # a timeline, and the states of its parts over time (None without parts)
+# a timeline, and the states of the parts in the cell over time (None if the cell has no parts)
+Course = tuple[Timeline, WorldCourse | None]
 
 
 class HeldPart(NamedTuple):

@@ -57,7 +57,7 @@ class _Part(Struct):
 
     lines: deque[tuple[int, UnitLine]] = field(default_factory=deque)
     opened: deque[int] = field(default_factory=deque)  # error codes of the next openings, 0 for success
-    sent: dict[int, bytearray] = field(default_factory=dict)  # text that the program wrote in the recording, by handle
+    sent: dict[int, bytearray] = field(default_factory=dict)  # by handle: text that the recorded program wrote
     open: bool = False
     due: float | None = None
     last: float = 0.0

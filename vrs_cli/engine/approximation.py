@@ -70,7 +70,8 @@ class ToolLine(NamedTuple):
 
 
 class ToolPath:
-    """The lines of one arm, with a cache; no point of the tip's path is farther than `error` [m] from these lines.
+    """Computes straight lines that approximate the path of an arm's tip; no point of the path is farther than `error`
+    [m] from these lines.
 
     The lines of a part of a timeline are cached while the part is visible, because versions of a timeline share their
     unchanged parts.

@@ -117,7 +117,7 @@ class Follower:
         """
         samples = [self.sample(path, 0.0, near) if before is None else Sample(0.0, before.joints, before.velocity)]
         finest = duration * FINEST_INTERVAL
-        if self.singular(samples[0]):  # there, a joint may change its direction abruptly
+        if self.singular(samples[0]):  # in a singular pose a joint may change its direction abruptly
             for part in CLOSER_PARTS:
                 self._refine(path, samples, duration * part, finest)
             self._check_starts(path, samples)

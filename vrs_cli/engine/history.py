@@ -292,7 +292,8 @@ def _check_count(known: int, count: int, what: str, most: str, none: str) -> Non
 
 
 def commands_in_force(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta]:
-    """Return the deltas, without their segments, of the commands that are not undone after a sequence of deltas."""
+    """Return the deltas of the commands that are still in force (not undone) after a sequence of deltas. The returned
+    deltas have no segments."""
     done: list[TimelineDelta] = []
     undone: list[TimelineDelta] = []
     for delta in deltas:

@@ -38,7 +38,8 @@ AT_LIMIT = 0.999  # fraction of a velocity limit: a joint that begins faster cou
 SLOWS_DOWN = 0.1  # [1/s] a joint that loses more than this fraction of its velocity per second is fastest at the start
 CLOSER_STEPS = 8  # maximum number of halvings between two samples
 PEAK_STEPS = 14
-AS_EXPECTED = 1e-4  # precision with which a velocity peak is located, as a fraction of the velocity limit
+# fraction of a velocity limit: the search for a velocity peak ends when a sample differs by less from the expected peak
+AS_EXPECTED = 1e-4
 LOST_MEASURE = 1e-6  # singular measure of a pose in which joint rates are only rounding errors
 EVEN_PART = 1e-3  # samples count as evenly spaced if their distances differ by less than this fraction
 SINGULAR = 1e-14  # singular measure of a pose that is singular except for rounding

@@ -24,7 +24,7 @@ from vrs_cli.values.commands import Motion, MotionKind
 
 REMEMBERED_PLANS = 512  # number of cached plans, so that a program with a loop plans each of its motions only once
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
-ROUNDING_PRECISION_S = 1e-6  # [s] precision with which the instant is found at which the tip comes near a corner
+ROUNDING_PRECISION_S = 1e-6  # [s] precision of the instant at which the tip comes near a corner
 MAX_ROUNDING_DELAY_S = 1e-3  # [s] a corner is rounded if the motion then ends at most this much later than with a stop
 SAME_PLACE = 1e-9  # [m] positions closer than this are equal
 

@@ -321,7 +321,7 @@ def as_file_error(path: Path, hint: str = "") -> Iterator[None]:
     try:
         yield
     except BrokenPipeError:
-        raise  # the program that reads the output has ended, which is no error of the file
+        raise  # the program that reads the output has ended, which is not an error of the file
     except OSError as error:
         raise FileError(f"{path} cannot be written: {reason(error)}", hint or _hint(path)) from error
 

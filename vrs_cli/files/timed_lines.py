@@ -78,8 +78,8 @@ def read_targets(
 ) -> Iterator[TimedTarget]:
     """Yield the targets of a stream as they arrive. `relative`: whether times count from the first target. `live`:
     whether the stream is still being written, so that a line without its line end counts as wrong. `wrong`: called with
-    the error for each line that is no target; if it returns, reading continues with the next line. Raises FileDamaged
-    if the names of the columns are unknown.
+    the error for each line that is not a target; if it returns, reading continues with the next line. Raises
+    FileDamaged if the names of the columns are unknown.
     """
     joints = tuple(f"jt{number}" for number in range(1, joint_count + 1))
     columns: _Columns | None = None

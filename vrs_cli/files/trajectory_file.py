@@ -215,7 +215,7 @@ class _Reader:
 
 class _Lines:
     """Reads the complete lines of a file. `whole`: the size of the lines read so far [B]. `torn`: whether the last line
-    was left out because it has no line end and is no complete record.
+    was left out because it has no line end and is not a complete record.
     """
 
     def __init__(self, stream: BinaryIO, progress: Callable[[float], None] | None) -> None:

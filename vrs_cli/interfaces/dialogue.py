@@ -246,7 +246,7 @@ class Ticket(Generic[T]):
     def take_said(self) -> list[Reply | Question]:
         """Return and remove the replies and questions that have not been read yet."""
         there: list[Reply | Question] = []
-        # an empty queue is no error; testing it first would be unsafe, because another thread may also take replies
+        # an empty queue is not an error; testing it first would be unsafe, because another thread may also take replies
         with suppress(IndexError):
             while True:
                 there.append(self._said.popleft())

@@ -284,8 +284,11 @@ class StreamKind(Enum):
 class TargetStream(Struct, eq=False):
     """A stream of targets that a user has opened and not yet closed. `ended`: why the robot no longer follows the
     stream; empty while the robot follows it. `last`: when the last pose arrived, or when the last chunk ends [s], by
-    the robot's clock. Only for a dragged tool: `version` is the version of the timeline after the last step; `dragging`
-    controls the arm; `pose` is the last target, which the user sent at `issued` [s], by the user's clock."""
+    the robot's clock.
+
+    Only the stream of a dragged tool sets the other fields. `version`: the version of the timeline after the last step.
+    `dragging`: the controller that moves the arm to each target. `pose`: the last target. `issued` [s]: when the user
+    sent it, by the user's clock."""
 
     kind: StreamKind
     user_state: UserState

@@ -6,7 +6,7 @@ Along a path of the hand, the number and the vector are smooth functions of the 
 derivatives follow from bounds of the derivatives of the hand's motion. If |f''| <= m on an interval of length h between
 a and b, then
 
-    f >= min(f(a), f(b)) - m h2 / 8,
+    f >= min(f(a), f(b)) - m h^2 / 8,
 
 and the length of a vector is at least the minimum length on the chord minus the same term. If this bound is above 0,
 the whole interval is certain to be free of such poses, not only the samples. Source: Moore, Kearfott and Cloud,
@@ -222,8 +222,8 @@ class TwoBars(Struct, frozen=True):
         return sqrt(outer * inner) / (2.0 * self.upper * self.fore)
 
     def refusal(self, clearance: Clearance, end: str, hint: str) -> LocationOutOfRange:
-        """Return the error for a pose out of reach with this clearance. `end`: the name of the arm's part at the end of
-        the bars, for the message. `hint`: replaces the usual hint if not empty.
+        """Return the error for a pose that is out of reach and has this clearance. `end`: the name, for the message, of
+        the point where the two bars end, such as "the wrist". `hint`: replaces the usual hint if not empty.
         """
         across = sqrt(max(clearance.shoulder + self.side * self.side, 0.0))
         if across < self.side:

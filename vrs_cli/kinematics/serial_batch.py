@@ -188,8 +188,8 @@ class SerialBatch:
         return np.where(self.turning, q + TURN * np.rint((near - q) / TURN), q)
 
     def in_task(self, T: Floats) -> Flags:
-        """Return, for each of N poses, whether the arm can have this pose at all, because some coordinates of its tool
-        never change (see `Unchanging.allows`).
+        """Return, for each of N poses of the flange, whether it agrees with the coordinates and the direction that this
+        arm cannot change (see `Unchanging.allows`).
         """
         places, approach = self.unchanging.places, self.unchanging.approach
         within = np.ones(len(T), dtype=np.bool_)

@@ -44,7 +44,7 @@ class Predictor:
 
     def receive(self, t: float, joints: Floats) -> None:
         """Receive a frame: the robot was at `joints` (n,) [rad; m] at the time `t` [s]. Frames arrive in the order of
-        t. The clocks of both sides show the same time.
+        t. `predict` gets times of the same clock, because robot and viewer have synchronous clocks.
         """
         raise NotImplementedError
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World, WorldCourse
 
 AHEAD = 10.0  # [s] the computation stops when the course reaches this far beyond the end of the timeline and beyond now
-LEAST_AHEAD = 5.0  # [s] it goes on when the course reaches less than this far beyond one of them
+LEAST_AHEAD = 5.0  # [s] the computation continues when the course reaches less than this far beyond either of them
 BEFORE_NOW = 1.0  # [s] the search for contacts starts this time before now
 STRETCH = 0.5  # [s] duration of the part of a motion that one step searches for contacts
 STANDING = 5.0  # [s] duration that one step searches for contacts while the arm is at rest

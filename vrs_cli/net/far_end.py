@@ -177,7 +177,7 @@ class FarEnd:
         """Add a sent request to the preview."""
         if not self._is_live or self.preview is None:
             return
-        self.preview.forward = self.round_trip / 2.0  # the estimate of D_f [s]
+        self.preview.forward = self.round_trip / 2.0  # [s] the estimated delay D_f of a command to the robot
         match request:
             case messages.At(act=Go() as go, issued=issued):
                 with suppress(VrsError):  # if the location is impossible, the robot will report the error

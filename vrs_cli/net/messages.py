@@ -359,10 +359,10 @@ class Welcome(ServerMessage, frozen=True):
     `fates`: the outcome of each command in `unanswered`. Open questions are sent again.
 
     `life`: the id of this run of the robot; each run counts `number` from 1 again. `model`: the robot model, with the
-    keys of its TOML file, in m and rad (`docs/robots.md`). `role`: the role of this client. `one_user`: all clients are
-    one user, who has the lease without asking for it. `cell`: the cell around the robot, with the keys of its cell file
-    (`docs/cell.md`), in m and rad; absent without a cell, or if it has more than 1 MB. `first_line`: a line that this
-    client executes once, as if its user had typed it.
+    keys of its TOML file, in m and rad (`docs/robots.md`). `role`: the role of this client. `one_user`: all clients
+    belong to one user, who drives without the lease until a client requests it. `cell`: the cell around the robot, with
+    the keys of its cell file (`docs/cell.md`), in m and rad; absent without a cell, or if it has more than 1 MB.
+    `first_line`: a line that this client executes once, as if its user had typed it.
     """
 
     version: Count

@@ -199,7 +199,7 @@ class Plan(Struct, frozen=True):
     """The settings with which a robot is served.
 
     `folder`: the folder of its files. `journal`: the file for its timeline; None: no file. `realtime`: seconds of the
-    robot's clock per second; None: virtual time. `one_user`: all clients are one person, who gets the lease only by
+    robot's clock per second; None: virtual time. `one_user`: all clients belong to one user, who gets the lease only by
     requesting it, not by giving a command. `idle`: time without users and viewers after which the robot is paused [s].
     `reach`: the part of the journal that stays in memory. `cell`: the cell around the robot. `styled`: renders a reply
     as lines of a given width, for clients that request them with `rendered`.

@@ -149,7 +149,7 @@ class SocketPort:
 
     @property
     def one_user(self) -> bool:
-        """Return whether all clients of the robot are this user."""
+        """Return whether all clients of the robot belong to this user."""
         return self.welcome.one_user
 
     @property

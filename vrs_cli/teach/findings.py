@@ -325,7 +325,8 @@ def _at_start(lines: Sequence[str], main: ast.Program, locations: Mapping[Item, 
 
 
 def _at_end(lines: Sequence[str], main: ast.Program) -> Iterator[Mutant]:
-    """Yield mutants with a change at the end of the program, or without its steps."""
+    """Yield mutants with an added line, one at the beginning of the program and the others at its end, and a mutant
+    without any step."""
     last = max((step.span.line for step in main.steps), default=main.span.line)
     for what, line in (
         ("a motion out of reach", UNREACHABLE_MOTION),

@@ -311,7 +311,8 @@ def _capsule(start: Vector, end: Vector, radii: tuple[float, float]) -> PointMas
 
 
 def _slab(body: Slab) -> PointMasses:
-    """Return point masses of the convex hull of two discs: rectangles across its length, with a tapering thickness."""
+    """Return point masses of the convex hull of two discs. Each slice perpendicular to its length is a rectangle, whose
+    thickness changes linearly from one end to the other."""
     way, (r1, r2), (t1, t2) = vector_difference(body.end, body.start), body.radii, body.thickness
     far, x = hypot(*way), unit(way)
     z = unit(along(body.across, x, -dot(body.across, x)))

@@ -112,13 +112,13 @@ def _checksum(segments: Iterable[Segment]) -> int:
     return zlib.crc32(pack(f"<{len(numbers)}d", *numbers))
 
 
-MAX_REMEMBERED = 4000  # maximum number of remembered segments, enough for four long snapshots
+MAX_REMEMBERED = 4000  # maximum number of cached segments, enough for four long snapshots
 
 Key = tuple[Path, float, Transform, float]
 
 
 class LinePieces:
-    """Computes the pieces of the joint trajectories that follow straight lines of one arm, and remembers them, because
+    """Computes the pieces of joint trajectories along the straight-line segments of one arm, and caches them, because
     the same segments occur in deltas, snapshots and windows."""
 
     def __init__(self, arm: RobotArm) -> None:
@@ -132,7 +132,7 @@ class LinePieces:
 
     def count_late(self, segments: Sequence[Segment], tolerance: float, most: int) -> int:
         """Return how many segments, counted from the last, can be sent with the pieces of their joint trajectories if
-        the pieces of at most `most` straight lines may be computed now; the pieces of the others must be remembered."""
+        the pieces of at most `most` straight lines may be computed now; the pieces of the others must be cached."""
         for count, segment in enumerate(reversed(segments)):
             most -= isinstance(segment.path, CartesianPath) and _key(segment, tolerance) not in self._remembered
             if most < 0:

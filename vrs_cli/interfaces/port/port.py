@@ -222,8 +222,8 @@ class Previewed(Struct, frozen=True):
     flagged: tuple[tuple[float, float], ...] = ()
 
     def lines(self, t: float) -> Iterator[str]:
-        """Yield the notes that a viewer shows at time t [s]: how far it predicts, what was wrong, what is
-        unconfirmed."""
+        """Yield the notes that a viewer shows at time t [s]: how far ahead it predicts, the interval in which it showed
+        a wrong state, and which commands the robot has not confirmed."""
         if self.predicts:
             ahead, round_trip = numbers.seconds(self.shown - self.heard), numbers.seconds(self.round_trip)
             yield f"{ahead} ahead of what is heard, D_f + D_b is {round_trip}"

@@ -2,10 +2,10 @@
 continuous between neighbouring samples of a path.
 
 `SearchBatch.search` is the loop of all searches over arrays; a subclass gives the step of one kind of arm
-(`search_state`). Arms of four or five joints that turn their tool as nearly as can be have steps of their own
-(`steady.batch`). A search that stops coming nearer is given up, and searches that meet are merged. Searches start from
-the sample joints that bring the tool nearest to the pose. Single poses have another loop, `NumericArm._search` for
-floats: one step of one pose takes 0.03 ms there, and 0.3 ms as an array.
+(`search_state`). Arms of four or five joints that turn their tool as closely as possible to the wanted orientation have
+another step (`steady.batch`). A search that stops coming nearer is given up, and searches that meet are merged.
+Searches start from the sample joints that bring the tool nearest to the pose. Single poses have another loop,
+`NumericArm._search` for floats: one step of one pose takes 0.03 ms there, and 0.3 ms as an array.
 
 Let c(x), with x from 0 to 1, be the cubic through the joints and rates at two samples. Between the samples it is near
 the joints that solve F(x, q) = 0, where F is the error of the flange: of its position, and the vector of the sines of
@@ -14,18 +14,19 @@ Several Variables", 1970, 12.6.2) is applied at c(x): with beta >= |F'(c)^-1|, e
 L |p - q|, a solution exists within 2 eta of c if beta L eta <= 1/2, and no other solution within 1 / (beta L). As this
 is true at every x, and c is exact at both samples, one continuous branch of solutions connects the samples.
 
-|F(c(x))| is at most 1/384 of its fourth derivative by x, because F and its slope are 0 at both samples (the remainder
-of Hermite's interpolation; Davis, "Interpolation and Approximation", 1963, 3.1). Derivatives of the rotation by x are
-bounded by Faa di Bruno's formula, from the sums of the derivatives of all angles (of joints and of the path). For the
-position, they are multiplied by the levers, the greatest distances of the flange from the axes.
+|F(c(x))| is at most 1/384 of the maximum of its fourth derivative with respect to x, because F and its slope are 0 at
+both samples (the remainder of Hermite's interpolation; Davis, "Interpolation and Approximation", 1963, 3.1).
+Derivatives of the rotation with respect to x are bounded by Faa di Bruno's formula, from the sums of the derivatives of
+all angles (of joints and of the path). For the position, they are multiplied by the levers, the greatest distances of
+the flange from the axes.
 
 To bound beta, c is divided into pieces, each of length g in x. On a piece the Jacobian J differs from the chord between
-its values at the ends by at most g2 / 8 times its second derivative, and F' differs from J by at most |F| |J|. With A
-the inverse of the mean of J at both ends, |1 - A F'| is at most |A| times half of the difference between the ends (plus
-these errors), and |F'^-1| is at most |A| / (1 - |1 - A F'|) (Neumann series).
+its values at the ends by at most g^2 / 8 times the maximum of its second derivative, and F' differs from J by at most
+|F| |J|. With A the inverse of the mean of J at both ends, |1 - A F'| is at most |A| times a sum: half of the difference
+of J between the ends, and the two errors above. So |F'^-1| is at most |A| / (1 - |1 - A F'|) (Neumann series).
 
-For a redundant arm F has one more row for each guide: the weighted sum of the joints minus its prescribed value. This
-row is linear in the joints and does not change L.
+A redundant arm has guides: weighted sums of the joints, each with a prescribed value. F has one more row for each: the
+sum minus its prescribed value. This row is linear in the joints and does not change L.
 
 Lengths [m], including those of prismatic joints, are divided by `Continuation.length` [m], so that all unknowns are in
 rad. Norms of vectors are Euclidean, those of inverse matrices Frobenius norms.
@@ -445,8 +446,8 @@ class Continuation:
         self.places = sum(model.counts[:3])
         n = model.joint_count
         first, later = np.minimum.outer(range(n), range(n)), np.maximum.outer(range(n), range(n))
-        # bound of the second derivatives of the flange's position: the derivative by two joints is at most the lever of
-        # the later one
+        # bound of the second derivatives of the flange's position: the derivative with respect to two joints is at most
+        # the lever of the later one
         self.place_bend = float(np.linalg.norm(np.where(self.turns[first], self.levers[later], 0.0), 2))
 
     def prove(self, gaps: Gaps, pieces: int) -> Flags:

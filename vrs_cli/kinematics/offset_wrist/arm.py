@@ -233,8 +233,10 @@ class OffsetWristArm(FormulaArm):
         return qd1, qd2, qd3, turn - qd2 - qd3, s * out - c * up, qd6
 
     def clearance(self, T: Transform, configuration: Configuration) -> bounds.Clearance:
-        """Return the clearances of a pose. The axis of joint 4 is at o - d5 z, where o is the wrist centre, and z is
-        the unit vector along y x a, whose length is sin q5.
+        """Return the clearances of a pose: how far it is from poses that are out of reach or singular.
+
+        The bars end on the axis of joint 4, at the point o - d5 z. Here o is the wrist centre and z = y x a / sin q5,
+        with y and a as in the module's docstring.
         """
         d1, _, _, side, d5, d6, right = self.offsets
         arm, _, wrist = configuration.signs

@@ -170,7 +170,7 @@ def _is_hand(tree: Tree, link: str, joints: int) -> bool:
 
 def _is_finger(joint: Joint) -> bool:
     """Return whether the names of a joint and its link say that it moves a finger. A wrist joint whose link has a
-    finger's name is no finger: a fixed jaw is part of the wrist.
+    finger's name is not a finger: a fixed jaw is part of the wrist.
     """
     if _FINGER_LINK.search(joint.name):
         return True

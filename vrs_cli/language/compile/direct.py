@@ -145,7 +145,7 @@ class _DirectCompiler(ProgramCompiler):
         ]
 
     def _ends_silently(self, _place: int) -> bool:
-        return False  # a direct function stores no operation number
+        return False  # so `_fill` adds no stores: a direct function does not keep the number of an operation
 
     def _operation(self, place: int, op: lowering.Op, _stop: int) -> list[py.stmt]:
         self._place = place

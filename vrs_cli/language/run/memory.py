@@ -280,8 +280,8 @@ NOT_BOUND: Bound = (not_bound, None)
 
 
 class Programs(UserDict[str, StoredProgram]):
-    """The programs in a memory, by key. `bound`: the lists of calls in which a called program is bound. Every change to
-    the programs unbinds all calls, because a call may now mean another program."""
+    """The programs in a memory, by key. `bound`: the lists `Executable.calls` that have a CALL bound to the program
+    that it calls. Every change to the programs unbinds all calls, because a CALL may now mean another program."""
 
     def __init__(self, *programs: Mapping[str, StoredProgram]) -> None:
         self.bound: list[list[Bound]] = []

@@ -110,7 +110,8 @@ def from_motion(components: Sequence[Component], least: float = 0.0) -> Course:
 
 
 def scalar_demands(components: Sequence[Component]) -> Demands:
-    """Return a function from the blend time to the bounds on u, for components that each have their own limits."""
+    """Return a function from the blend time to the bounds on u = 1/S, for components that each have their own
+    limits."""
     parts = tuple((c.displacement, 0.5 * c.velocity, c.max_velocity, c.max_acceleration) for c in components)
 
     def demands(blend: float) -> Demand:
@@ -142,8 +143,8 @@ def scalar_demands(components: Sequence[Component]) -> Demands:
 
 
 def vector_demands(displacement: Vector, velocity: Vector, limits: ToolLimits, blend: float) -> Demand:
-    """Return the bounds on u that the tip sets, so that |c u| <= v_max and |c u - v0| <= a_blend blend, with c = D - v0
-    blend / 2.
+    """Return the bounds on u = 1/S that the motion of the tip sets, so that |c u| <= v_max and |c u - v0| <= a_blend
+    blend, with c = D - v0 blend / 2.
     """
     (dx, dy, dz), (vx, vy, vz), half = displacement, velocity, 0.5 * blend
     cx, cy, cz = dx - half * vx, dy - half * vy, dz - half * vz
@@ -475,12 +476,13 @@ def _next_velocity(
 
 
 def _fastest(room: float, v: float, a_max: float, tick: float) -> float:
-    """Return the maximum velocity at the end of the tick from which the joint can still stop within `room`:
+    """Return the maximum velocity v1 at the end of the tick from which the joint can still stop within `room`:
 
     (v + v1) tick / 2 + v1 coasting + v1^2 / (2 a) <= room, for v1 >= 0.
 
-    Return 0 if there is no such velocity. Braking may take one instant of the time grid longer, which is added to the
-    coasting.
+    Return 0 if there is no such velocity. Here v is the velocity at the start of the tick, and `coasting` is the time
+    at v1 before the joint brakes [s]: COASTING_TICKS ticks and one instant of the time grid, because the duration of
+    braking is rounded up to the grid.
     """
     left = room - 0.5 * v * tick
     if left <= 0.0:

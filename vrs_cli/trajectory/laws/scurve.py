@@ -55,8 +55,8 @@ HALVINGS = 50
 
 
 class Bounds(NamedTuple):
-    """The bounds that the times of a change set: u lies in [low, high]; `by_acceleration` and `by_jerk` are the maxima
-    of |v1| / (u a) and |v1| / (u j), from which the time of slowing down follows.
+    """The bounds on u (in v1 = E u) for given times of a change: u lies in [low, high]. `by_acceleration` and `by_jerk`
+    are the maxima of |v1| / (u a) and |v1| / (u j), from which the time of slowing down follows.
     """
 
     low: float
@@ -166,8 +166,9 @@ def _slower(total: Callable[[float], float], low: float, high: float, least: flo
 def vector_bounds(
     displacement: Vector, velocity: Vector, acceleration: Vector, limits: ToolLimits, change: Change
 ) -> Bounds:
-    """Return the bounds on u that the tip sets, so that |E u| <= v_max, the level A keeps its limits, and |A - a0| <=
-    jerk rise. The change keeps the limits of blending; slowing down keeps the ordinary limits.
+    """Return the bounds on u (in v1 = E u) that the motion of the tip sets, so that |E u| <= v_max, the level A keeps
+    its limits, and |A - a0| <= jerk rise. The change keeps the limits of blending; slowing down keeps the ordinary
+    limits.
     """
     reach = change.reach
     k0, k1 = change.ways
@@ -210,8 +211,10 @@ def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
 
 
 def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, limits: ToolLimits) -> Bounds:
-    """Return the bounds on u for a turn by `angle` while the current spin (with its rate) decays. Turn and spin share
-    the limits.
+    """Return the bounds on u (in v1 = E u) that the rotation of the tool sets.
+
+    The tool turns by `angle` [rad], and at the same time loses its present angular velocity `spin`, whose derivative is
+    `spin_rate`. Both rotations together keep the limits.
     """
     blend_jerk = limits.blend_spin_jerk
     level = scaled_vector(vector_sum(spin, scaled_vector(spin_rate, 0.5 * change.rise)), -1.0 / change.reach)

@@ -15,13 +15,13 @@ the conditions (`conditions`). F is the gradient of
 
     G(q, l) = l . (p(q) - p) + 1 - cos phi,   cos phi = (trace(W^T R) - 1) / 2,
 
-Derivatives by joints of the second part, 1 - cos phi, are at most 1 each, because half the trace of a product of
-rotations and cross-product matrices of unit axes (which have rank 2) is at most 1. Those of the first part are at most
-the lever of the last of these joints, times the length of l. F is evaluated on the cubic c(x) at the ends of pieces. F
-and its slope are 0 at both samples, so its second derivative is at most 1/12 of its fourth (the remainder of Hermite's
-interpolation). So on a piece that is the fraction g of a gap, F differs from its chord by at most g2 / 96 of its fourth
-derivative. In the same way the second derivative of F' bounds F' on the piece. As F' is regular on the whole path, the
-rotation error stays a local minimum.
+Derivatives of the second part, 1 - cos phi, with respect to joints are at most 1 each, because half the trace of a
+product of rotations and cross-product matrices of unit axes (which have rank 2) is at most 1. Those of the first part
+are at most the lever of the last of these joints, times the length of l. F is evaluated on the cubic c(x) at the ends
+of pieces. F and its slope are 0 at both samples, so its second derivative is at most 1/12 of the maximum of its fourth
+(the remainder of Hermite's interpolation). So on a piece that is the fraction g of a gap, F differs from its chord by
+at most g^2 / 96 of this maximum. In the same way the second derivative of F' bounds F' on the piece. As F' is regular
+on the whole path, the rotation error stays a local minimum.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ from vrs_cli.kinematics.numeric.search import LARGEST_STEP
 from vrs_cli.kinematics.numeric.steady.conditions import PLACES, PlanarStarts, SteadyConditions, Terms, is_planar
 from vrs_cli.kinematics.transform import Transform, length, position
 
-# rounds of searches from samples, and from the table of starts (from samples where joint 1 may have any value)
+# rounds of searches from samples, and from the table of starts (for a pose that leaves joint 1 free: from 48 samples)
 SAMPLED, PLANAR = ((0, 16, True), (0, 16, False), (16, 32, False)), ((0, 48, True),)
 FOLLOWING = 12  # maximum number of steps of Newton's method from the joints `near` in `inverse_branch`
 SETTLED = 1e-7  # [rad, m] a search has converged if its step is smaller
