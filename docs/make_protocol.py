@@ -25,7 +25,8 @@ replies, questions and records.
 
 Fields in brackets are optional. The server executes a *command* once, and answers it by `done`; `until` is the latest
 arrival of a command or an answer by the server's clock [s]. The *answer* to a *request* has the same `id`. A client
-gets each message that is *numbered by `seq`* exactly once, also over a cut; `number` counts the changes of a robot.
+gets each message that is *numbered by `seq`* exactly once, even if the connection is lost meanwhile; `number`
+counts the changes of a robot.
 """
 COLUMNS = "| `type` | fields | sort | meaning |\n| --- | --- | --- | --- |"
 SORTS = (

@@ -289,8 +289,8 @@ def jacobian(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Floats:
 
 class Measured(Struct, frozen=True, eq=False):
     """All joints that the real or simulated arm has reported up to now; later reports do not change this value. Joints
-    are in degrees (mm for prismatic joints), or SI; times are in seconds. `timeline`: the same reports in radians and
-    metres."""
+    are in degrees (mm for prismatic joints), for a robot with `units="SI"` in radians and metres; times are in seconds.
+    `timeline`: the same reports in radians and metres."""
 
     timeline: MeasuredTimeline
     model: RobotModel
@@ -353,8 +353,8 @@ class Measured(Struct, frozen=True, eq=False):
 
 
 class Model(Struct, frozen=True, eq=False):
-    """The data of a robot: joints with their limits, and poses. Joints are in degrees (mm for prismatic joints), or in
-    radians and metres.
+    """The data of a robot: joints with their limits, and poses. Joints are in degrees (mm for prismatic joints); for a
+    robot with `units="SI"` they are in radians and metres.
 
     `dof`: the number n of joints; `names` (n): jt1, jt2, ...; `lower`, `upper` (n,): the range of each joint;
     `max_velocity`, `max_acceleration`, `max_jerk` (n,): limits of each joint at full speed; `poses`: joints (n,) by

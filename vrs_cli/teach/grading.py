@@ -1,4 +1,4 @@
-"""Mark the evidence of a run (one mark per check), and grade submissions.
+"""Mark a run from its recorded evidence (one mark per check), and grade submissions.
 
 A submission runs in all variants of an exercise; its grading collects the marks and points of these runs.
 """
