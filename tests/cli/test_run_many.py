@@ -228,7 +228,7 @@ def test_help_says_what_limits_hold(vrs: Vrs) -> None:
     assert "(default: 100M, in real time any number; or 10M)" in told
     assert usual.max_elements == own.max_elements == 10_000_000
     assert (usual.max_output, own.max_output) == (1_000_000, 100_000_000)
-    assert "what is typed (default: 100M; or 1M)" in told
+    assert "output of TYPE (default: 100M; or 1M)" in told
     assert (usual.max_disk, own.max_disk) == (10_000_000, 1_000_000_000)
     assert "written to files (default: 1G; or 10M)" in told
     assert (UNWATCHED_LIMITS["max_wall"], UNWATCHED_LIMITS["max_memory"]) == (300.0, 4_000_000_000)

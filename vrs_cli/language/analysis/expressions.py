@@ -55,6 +55,8 @@ from vrs_cli.values.diagnostics import Span
 _PRINTF = r"(?<![\d%])%[-+]?\d*(?:\.\d+)?[dfsgiu](?![A-Za-z])|\\[nt]$|^[^\\:]*\\n|\{[A-Za-z]\w*\}"
 FORMAT_CODES = "BCDEFGHINOSUX"
 _STATES = ("ON", "OFF", "TRUE", "FALSE")
+# functions with a value that is always TRUE or FALSE
+_LOGICAL_FUNCTIONS = (*_STATES, "DEFINED", "IDENTICAL", "LATCHED", "OUTSIDE", "SIG", "SIG.INS", "SWITCH")
 
 
 class Expressions(NameFindings):
@@ -226,7 +228,7 @@ class Expressions(NameFindings):
             sides = self.kind_of(left), self.kind_of(expression.right)
             if not PLACE.isdisjoint(sides) and PLACE.issuperset(sides):
                 texts = expression_text(left), expression_text(expression.right)
-                hint = f"DISTANCE({', '.join(texts)}) < 1 is TRUE where they are near"
+                hint = f"DISTANCE({', '.join(texts)}) < 1 is TRUE if they are near"
                 self.fault(TypeMismatch, expression.span, f"places are not compared with {operator}", hint)
                 return self._operands(expression, PLACE, Kind.REAL)
             return self._operands(expression, self._of_both(expression), Kind.REAL)
@@ -349,8 +351,7 @@ class Expressions(NameFindings):
 def is_truth(expression: Expression) -> bool:
     """Return whether the value of an expression is always TRUE or FALSE."""
     if isinstance(expression, ast.Call):
-        function = FUNCTIONS.get(expression.name)
-        return function is not None and (expression.name in _STATES or function.summary.startswith("TRUE where"))
+        return expression.name in _LOGICAL_FUNCTIONS
     return isinstance(expression, ast.Binary | ast.Unary) and expression.operator in RELATIONS | LOGICAL
 
 
