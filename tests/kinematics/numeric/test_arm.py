@@ -200,6 +200,17 @@ def test_five_joints_follow_a_line_that_they_can() -> None:
         engine.perform(Move(PoseTarget(sideways._replace(py=0.2)), straight=False))
 
 
+def test_every_pose_of_a_line_is_found_from_joints_near_by() -> None:
+    """Also if a step is tiny while the error is still larger than the precision, because links are levers."""
+    arm = arm_for(load_robot("panda"))
+    source = np.random.default_rng(1)
+    goal = np.array(arm.middle) + source.uniform(-0.3, 0.3, (20_000, 7))
+    near = goal + source.uniform(-1.0, 1.0, goal.shape) * 10.0 ** source.uniform(-5.5, -4.5, (len(goal), 1))
+    poses = arm.batch.forward(goal)
+    found = arm.batch.solve_guided(poses, near, np.eye(7)[6:], goal[:, 6:])
+    assert np.abs(arm.batch.forward(found) - poses).max() < 1e-11
+
+
 def test_a_search_that_leads_nowhere_ends_soon(monkeypatch: pytest.MonkeyPatch) -> None:
     """Next to what five joints can do: a line that leaves it is looked at there many times."""
     arm = arm_for(FIVE)

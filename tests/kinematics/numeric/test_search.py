@@ -86,6 +86,13 @@ def miss(rows: list[Joints], error: list[float], damping: float, d: list[float])
     return sum(x * x for x in left) + damping * sum(x * x for x in d)
 
 
+def test_a_held_joint_that_would_move_inwards_is_released() -> None:
+    rows, room = [(1.0, 0.9), (0.0, 0.1)], [(0.0, 5.0), (-5.0, 0.1)]
+    # without bounds joint 1 moves below 0 and joint 2 above 0.1; with joint 2 held, joint 1 moves up
+    found = step_within(rows, [0.5, 1.0], 1e-6, room)
+    assert found == pytest.approx((0.41, 0.1), abs=1e-5)
+
+
 @pytest.mark.parametrize("seed", range(60))
 def test_a_step_within_bounds_is_the_best_for_the_joints_that_are_not_held(seed: int) -> None:
     source, n = Random(seed), 4

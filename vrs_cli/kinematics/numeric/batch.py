@@ -255,7 +255,8 @@ class NumericBatch(SearchBatch):
     `RobotArm.branches` returns. `held`: the indexes of the joints that keep their values.
     """
 
-    at_once, settled, scaled = 512, CONVERGED, True
+    # a step as small as CONVERGED may still leave a larger error, because links are levers
+    at_once, settled, scaled = 512, 0.1 * CONVERGED, True
     rounds_of_one = tuple((*part, bounded) for part in ((0, 24), (24, 104), (128, 384)) for bounded in (True, False))
     rounds = tuple((*part, bounded) for part in ((0, 0), (0, 1), (1, 3), (4, 20)) for bounded in (True, False))
     rounds += rounds_of_one[2:]

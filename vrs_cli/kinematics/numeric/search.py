@@ -25,6 +25,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cache
 from math import atan2, cos, hypot, sin, sqrt
+from operator import mul
 from typing import Any, NamedTuple, cast
 
 from vrs_cli.kinematics import compiled
@@ -303,22 +304,27 @@ def step_within(
     """Return the damped least-squares step d that makes `rows` d equal to `error`. `room`: the bounds of each component
     of d, which include 0; empty if there are none.
 
-    Components that leave their bounds are held at the bounds, and the step is computed again for the other joints.
+    Components that leave their bounds are held at the bounds, and the step is computed again for the others. A held
+    component that would then move inwards is released, once.
     """
-    held, free = dict[int, float](), tuple(range(len(rows[0])))
-    while free:
-        J, left = rows, error
-        if held:
-            J = [tuple([row[i] for i in free]) for row in rows]
-            left = [e - sum([row[i] * x for i, x in held.items()]) for e, row in zip(error, rows, strict=True)]
+    held, kept = dict[int, float](), set[int]()  # `kept`: the components that are not released again
+    while True:
+        free = tuple([i for i in range(len(rows[0])) if i not in held])
+        J = [tuple([row[i] for i in free]) for row in rows] if held else rows
+        left = [e - sum([row[i] * x for i, x in held.items()]) for e, row in zip(error, rows, strict=True)]
         newton = compiled.squares(J, left) if len(free) == len(J) and damping < NEWTON else None
-        part = newton[0] if newton else compiled.solve_damped(J, left, damping)
-        if not room:
+        part = newton[0] if newton else compiled.solve_damped(J, left, damping) if free else ()
+        if not held and not room:
             return part
         outside = {i: x for i, x in zip(free, part, strict=True) if not room[i][0] <= x <= room[i][1]}
-        if not outside:
-            held.update(zip(free, part, strict=True))
-            break
-        held |= {i: min(max(x, room[i][0]), room[i][1]) for i, x in outside.items()}
-        free = tuple([i for i in free if i not in held])
-    return tuple([held[i] for i in range(len(room))])
+        if outside:
+            held |= {i: min(max(x, room[i][0]), room[i][1]) for i, x in outside.items()}
+            continue
+        left = [e - sum(map(mul, row, part)) for e, row in zip(left, J, strict=True)]
+        columns = [(i, column) for i, column in enumerate(zip(*rows, strict=True)) if i in held and i not in kept]
+        pulls = {i: sum(map(mul, column, left)) - damping * held[i] for i, column in columns}
+        inwards = {i for i, pull in pulls.items() if (pull > 0.0 if held[i] == room[i][0] else pull < 0.0)}
+        if not inwards:
+            return tuple([x for _, x in sorted([*held.items(), *zip(free, part, strict=True)])])
+        kept |= inwards
+        held = {i: x for i, x in held.items() if i not in inwards}

@@ -32,7 +32,8 @@ class SteadyArm(NumericArm):
 
     def __init__(self, model: RobotModel, T_flange_tool: Transform = IDENTITY) -> None:
         super().__init__(model)
-        self.redundancy, self.guesses = 0, False  # the orientation determines the joints that the position leaves free
+        # the orientation determines the joints that the position leaves free
+        self.redundancy, self.still_joints, self.guesses = 0, (), False
         self.steady = self
         self.tool = at_position(IDENTITY, *position(T_flange_tool))
 
