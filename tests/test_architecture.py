@@ -518,7 +518,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "extras": 69,
     "page": 133,
     "hatch_build": 76,
-    "kinematics": 6031,
+    "kinematics": 5963,
     "values": 1674,
     "trajectory": 3442,
     "engine": 5329,

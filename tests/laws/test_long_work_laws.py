@@ -55,7 +55,7 @@ class Beside:
 
     def do(self) -> None:
         """The last that was given."""
-        self._session.actor._do_beside(*self.due.pop())
+        self._session.actor._do_in_thread(*self.due.pop())
 
 
 @contextmanager

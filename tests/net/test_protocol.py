@@ -495,7 +495,8 @@ def changes() -> list[Any]:
     snapshot = Snapshot.of(timeline, Settings())
     segments = segment_records(snapshot.segments, Motions(), None)
     replaced = Replaced(SnapshotRecord(snapshot.version, segments, snapshot.settings), number=7)
-    return [replaced, *(Delta(delta_record(one, Motions()), 0.0, number=8 + n) for n, one in enumerate(deltas))]
+    told = [replaced, *(Delta(delta_record(one, Motions()), 0.0, number=8 + n) for n, one in enumerate(deltas))]
+    return [msgspec.convert(msgspec.to_builtins(one), type(one)) for one in told]  # with lists, as decoding makes them
 
 
 def followed() -> tuple[Pair, list[Any]]:

@@ -146,8 +146,9 @@ def page(typed: str) -> HelpPage:
     if not entries or name in LINKS:
         entries += tuple(_users(name))
     if not entries:
-        known = (*ALL_NAMES, *_topics())
-        raise UsageError(f"there is no help on {name}", did_you_mean(name, known, "HELP alone lists all words"))
+        raise UsageError(
+            f"there is no help on {name}", did_you_mean(name, (*ALL_NAMES, *_topics()), "HELP alone lists all words")
+        )
     return HelpPage(name, entries)
 
 
