@@ -31,7 +31,7 @@ print([command.text for command in r.commands])
 #
 #   <Robot puma560: 4 motions to 4.514 s, now 4.514 s, xyz (638.166, 78.9729, -48.4335) mm, oat (-96.3518, 89.4823, 180) deg>
 #   behind the last target 0.0 deg
-#   5.31 s, x 858.2 mm <Dragged: 102.80 mm and 3.33 deg away: out of reach: too far>
-#   6.11 s, x 921.0 mm <Dragged: 350.16 mm and 52.72 deg away: out of reach: too far>
-#   6.91 s, x 928.5 mm <Dragged: 662.65 mm and 67.06 deg away: out of reach: too far>
+#   5.31 s, x 858.5 mm <Dragged: 102.54 mm and 3.09 deg away: out of reach: too far>
+#   6.11 s, x 921.0 mm <Dragged: 350.12 mm and 52.78 deg away: out of reach: too far>
+#   6.91 s, x 928.4 mm <Dragged: 662.67 mm and 67.00 deg away: out of reach: too far>
 #   ['MOVE #PPOINT(0, -45, 180, 0, 45, 0)', 'STEER', 'STEER', 'STEER']
