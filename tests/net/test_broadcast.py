@@ -311,7 +311,7 @@ def evaluated(segments: Iterable[SegmentRecord], t: float) -> Joints:
             break
         s -= piece.duration
     assert rows is not None
-    return tuple(value(a, s) for a in rows)
+    return tuple(value(tuple(a), s) for a in rows)
 
 
 def check_pieces(services: RoomServices, segments: Sequence[SegmentRecord], tolerance: float) -> None:
