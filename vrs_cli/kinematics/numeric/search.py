@@ -311,12 +311,16 @@ def step_within(
     while True:
         free = tuple([i for i in range(len(rows[0])) if i not in held])
         J = [tuple([row[i] for i in free]) for row in rows] if held else rows
-        left = [e - sum([row[i] * x for i, x in held.items()]) for e, row in zip(error, rows, strict=True)]
+        left = (
+            [e - sum([row[i] * x for i, x in held.items()]) for e, row in zip(error, rows, strict=True)]
+            if held
+            else error
+        )
         newton = compiled.squares(J, left) if len(free) == len(J) and damping < NEWTON else None
         part = newton[0] if newton else compiled.solve_damped(J, left, damping) if free else ()
-        if not held and not room:
+        outside = {i: x for i, x in zip(free, part, strict=True) if room and not room[i][0] <= x <= room[i][1]}
+        if not outside and not held:
             return part
-        outside = {i: x for i, x in zip(free, part, strict=True) if not room[i][0] <= x <= room[i][1]}
         if outside:
             held |= {i: min(max(x, room[i][0]), room[i][1]) for i, x in outside.items()}
             continue
