@@ -222,7 +222,7 @@ class _LocalRun(_Run):
     """The run of one stream of targets that a robot of this process follows."""
 
     def follow_and_tell(self, lines: Iterable[str], stop: Stoppable) -> bool:
-        """As in `_Run`. If the file of --save cannot be written, the stream ends and the robot brakes."""
+        """Follow the targets and report. If the file of --save cannot be written, brake the robot and end the run."""
         options, model, realtime = self.options, chosen_robot(self.options), self.options.realtime is not None
         first, targets = self._targets(lines, model, relative=options.relative or realtime)
         steering, failed = self._begin(model, first), False

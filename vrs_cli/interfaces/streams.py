@@ -76,10 +76,10 @@ class TrackingError(Struct):
 
 
 class Following(Struct):
-    """How well a robot follows a stream. `targets`: the number of targets; `held`: the number of targets that were
-    limited to the end of a joint's range; `lag`: the delays of the targets [s]; `turning`, `sliding`: the tracking
-    errors of the revolute and of the prismatic joints. For targets in chunks also their number, and the numbers of
-    targets that arrived too `late` or got `lost` because there was no connection."""
+    """Counts and errors that show how closely a robot follows a stream. `targets`: the number of targets; `held`: the
+    number of targets that were limited to the end of a joint's range; `lag`: the delays of the targets [s]; `turning`,
+    `sliding`: the tracking errors of the revolute and of the prismatic joints. For targets in chunks also their number,
+    and the numbers of targets that arrived too `late` or got `lost` because there was no connection."""
 
     targets: int = 0
     held: int = 0

@@ -271,8 +271,8 @@ class LineEditor(Protocol):
 
 
 class StreamKind(Enum):
-    """How a user sends a stream of targets: as joints, in chunks of joints, by dragging the tool, by holding a button
-    of the page down, or by pressing keys in JOG."""
+    """The ways in which a user sends a stream of targets: as joints, in chunks of joints, by dragging the tool, by
+    holding a button of the page down, or by pressing keys in JOG."""
 
     STEER = auto()
     CHUNKS = auto()
