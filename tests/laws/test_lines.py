@@ -8,8 +8,8 @@ from tests.examples import some
 from tests.laws.lines import check_line
 from vrs_cli.kinematics.robot_file import load_robot
 
-SEEDS = {  # that have been harder than others: too much jerk of a joint where the line starts
-    "puma560": (412, 574, 627, 1322),
+SEEDS = {  # that have been harder than others: too much jerk or acceleration of a joint where the line starts
+    "puma560": (412, 574, 627, 1322, 7694, 20229),
     "ur5e": (683, 694),
     "irb120": (3149, 3196, 3724, 4974, 5417),
 }

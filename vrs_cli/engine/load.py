@@ -108,8 +108,10 @@ class StretchLoad:
         greatest = _greatest(means)
         load = self._greatest_of(times, means, greatest, ACCELERATION_MARGIN)
         counts = max(load.acceleration, NEAR_LIMIT) / ACCELERATION_MARGIN
-        first = self._at_end(samples[0], times[0], times[1], means, (0, 1), 0.0 if fast else counts)
-        last = self._at_end(samples[-1], times[-1], times[-2], means, (-1, -2), counts)
+        # near a singular pose joints may accelerate too fast for a time that is short compared with an interval
+        begins, ends = (0.0 if self.follower.nearly_singular(end) else counts for end in (samples[0], samples[-1]))
+        first = self._at_end(samples[0], times[0], times[1], means, (0, 1), 0.0 if fast else begins)
+        last = self._at_end(samples[-1], times[-1], times[-2], means, (-1, -2), ends)
         load = self._worse(load, [end for end in (first, last) if end is not None])
         load = self._worse(load, self._bends() if self.closely else ())
         if load.acceleration > NEAR_LIMIT:
