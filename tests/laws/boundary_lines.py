@@ -170,7 +170,7 @@ def _corner(arm: RobotArm, random: Random) -> Joints | None:
     if arm.hand is None:
         for joint in random.sample(range(len(q)), min(2 if which == "elbow wrist" else 4, len(q))):
             q[joint] = random.choice((0.0, 0.0, pi / 2, -pi / 2))
-        if arm.steady is not None:
+        if arm.steady is not None or len(q) == 6:  # few quarter turns of their joints are singular
             return _singular(arm, q, random.sample(range(len(q)), 2))
         return tuple(q) if min(arm.singularity(tuple(q))) < SINGULAR else None
     if arm.fold is not None and "elbow" in which:
