@@ -279,8 +279,10 @@ def check_segments(arm: RobotArm, segments: tuple[Segment, ...]) -> None:
 
 def check_rates(arm: RobotArm, segments: tuple[Segment, ...]) -> list[tuple[Floats, Floats]]:
     """Ranges, velocities and accelerations of segments, one after the other; the times and joints that were read."""
-    timeline = Timeline(segments)
-    return [(times, _read(arm, timeline, times)) for times in readings(segments)]
+    timeline, found = Timeline(segments), readings(segments)
+    joints = joints_over(arm, timeline, found[0])
+    along = np.array([arm.singularity(tuple(row)) for row in joints.tolist()]).max(axis=0) < ALONG
+    return [(times, _read(arm, timeline, times, along)) for times in found]
 
 
 def readings(segments: tuple[Segment, ...]) -> list[Floats]:
@@ -294,14 +296,15 @@ def readings(segments: tuple[Segment, ...]) -> list[Floats]:
     return times
 
 
-def _read(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
+def _read(arm: RobotArm, timeline: Timeline, times: Floats, along: NDArray[np.bool_]) -> Floats:
+    """The joints at these times, checked. `along`: the boundaries on which the whole line lies."""
     model, step = arm.model, times[1] - times[0]
     q = joints_over(arm, timeline, times)
     low, high = np.array(model.lower) - PLACE, np.array(model.upper) + PLACE
     assert ((q >= low) & (q <= high)).all(), "a joint leaves its range"
     measures = np.array([arm.singularity(tuple(row)) for row in q.tolist()])
-    near = np.where(measures.max(axis=0) < ALONG, 1.0, measures).min(axis=1)  # along a boundary no angle is rounding
-    rounding = ROUNDING if (measures.max(axis=0) < ALONG).sum() < 2 else TWICE_ROUNDING
+    near = np.where(along, 1.0, measures).min(axis=1)  # along a boundary no angle is rounding
+    rounding = ROUNDING if along.sum() < 2 else TWICE_ROUNDING
     noise = (rounding + ANGLE_ROUNDING / np.maximum(near, ANGLE_ROUNDING))[:, None]
     velocity = np.diff(q, axis=0) / step
     faster = (np.abs(velocity) - 2.0 * noise[1:] / step) / np.array(model.max_velocity)
