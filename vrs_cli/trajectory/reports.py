@@ -45,8 +45,9 @@ class ReportColumns:
     def __init__(self, joint_count: int, room: int = CHUNK_REPORTS) -> None:
         self.joint_count, self.count = joint_count, 0
         self.begin = self.end = nan  # times of the first and of the last report [s]
-        self.times, self.flags = array("d", bytes(8 * room)), bytearray(room)
-        self.positions = array("d", bytes(8 * room * joint_count))
+        # not `array("d", bytes(...))`: the bytes would leave holes in the memory between the columns
+        self.times, self.positions = array("d", [0.0]) * room, array("d", [0.0]) * (room * joint_count)
+        self.flags = bytearray(room)
         self.rates: dict[int, array[float]] = {}  # keys VELOCITY and EFFORT; a column exists once a report has values
 
     @property
@@ -75,7 +76,7 @@ class ReportColumns:
         has such values.
         """
         if bit not in self.rates:
-            self.rates[bit] = array("f", bytes(4 * len(self.positions)))
+            self.rates[bit] = array("f", [0.0]) * len(self.positions)
         return self.rates[bit]
 
     def with_report(self, report: Report) -> ReportColumns:
