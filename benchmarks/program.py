@@ -52,6 +52,15 @@ NEW = PROGRAM.replace("APPRO feeder, 60", f"{ANEW}\n            APPRO part, 60")
 NEW = NEW.replace("place*60, 0, 0", "place*60+20*RANDOM, 40*RANDOM, 20*RANDOM")
 
 
+MOVES = """\
+.PROGRAM moves()
+    FOR i = 1 TO {count}
+        MOVE #PPOINT(320*RANDOM-160, 220*RANDOM-200, 220*RANDOM-20, 200*RANDOM-100, 180*RANDOM-90, 200*RANDOM-100)
+    END
+.END
+"""
+
+
 class Silent:
     """A terminal that says nothing, at which nobody sits."""
 
@@ -68,6 +77,16 @@ class Silent:
 
     def progress(self, doing: Running | Reading) -> None:
         del doing
+
+
+def moved(count: int) -> Session:
+    """A session after a program with so many joint motions, each of which begins before the previous one ends."""
+    session = Session(Silent())
+    session.environment.random = Random(1)
+    session.load_text(MOVES.format(count=count))
+    if (fault := session.execute("moves").fault) is not None:
+        raise SystemExit(fault.message)
+    return session
 
 
 def run_once(program: str) -> tuple[float, float, int]:

@@ -511,7 +511,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_794  # of Python, in all
+MAX_STATEMENTS = 64_810  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -520,8 +520,8 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "hatch_build": 76,
     "kinematics": 5963,
     "values": 1667,
-    "trajectory": 3442,
-    "engine": 5329,
+    "trajectory": 3452,
+    "engine": 5335,
     "language": 7608,
     "wire": 1068,
     "files": 3399,

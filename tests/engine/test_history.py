@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.engine import MODEL, wander, wandering
+from benchmarks.program import moved
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.history import History, HistoryStep
 from vrs_cli.errors import UsageError
@@ -95,6 +96,22 @@ def test_old_deltas_and_motions_are_small_and_as_they_were_committed() -> None:
     assert repr(row[1]) == repr(told[0].segments[0])
     assert [step.number for step in engine.book.history.done] == [delta.motion.number for delta in told]
     assert [step.version for step in engine.book.history.done] == [delta.version for delta in told]
+
+
+def test_old_inverses_are_small_and_as_they_were_made() -> None:
+    """Each motion begins while the previous one slows down, so its delta replaces the end of the previous one."""
+    engine = moved(4 * PART).engine
+    steps, end, timeline = list(engine.book.history.done), engine.timeline, engine.book.initial
+    assert isinstance(steps[1]._back, DeltaColumns)
+    assert isinstance(next(end.parts())[2].row.motions[1], PackedMotion)
+    for step, delta in zip(steps, engine.book.deltas, strict=True):
+        inverse = timeline.inverse(delta)
+        timeline = timeline.apply(delta)
+        assert repr(step.taking_back(timeline.version)) == repr(inverse)  # to the sign of a zero
+    engine.undo(len(steps))
+    assert engine.timeline == engine.book.initial
+    engine.redo(len(steps))
+    assert engine.timeline == end
 
 
 def test_old_steps_share_their_segments_with_the_log_and_can_be_undone_and_done_again() -> None:

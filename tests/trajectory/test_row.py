@@ -8,7 +8,7 @@ import pytest
 
 from tests.examples import first
 from vrs_cli.trajectory.row import UNPACKED_SEGMENTS, EventRow, Row
-from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
+from vrs_cli.trajectory.segment import JointPath, PackedMotion, Phase, Segment, rest
 from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, Timeline, TimelineDelta
 from vrs_cli.values.commands import HAND, Event, EventEdit, Motion, MotionKind, Start
 
@@ -58,10 +58,12 @@ def test_a_path_is_packed_once_however_a_row_grows(monkeypatch: pytest.MonkeyPat
 
 def test_packed_motions_are_the_same_to_the_bit() -> None:
     like = Motion(1, MotionKind.JOINT, Start.AT, (0.0, -0.0), speed=0.5, text="MOVE a")
-    others = [like._replace(number=2, goal=(1.0, 2.0)), like._replace(hand=-0.0), Motion(4, MotionKind.REST, Start.AT)]
+    moved = like._replace(number=2, goal=(1.0, 2.0), text="MOVE b", speed=float("0.5"))
+    others = [moved, like._replace(hand=-0.0), Motion(4, MotionKind.REST, Start.AT)]
     motions = [like, like, *others]
     row = Row([rest((0.0, 0.0), 1.0, float(k), motion) for k, motion in enumerate(motions)])
-    packed = row.pack_motions(0, len(row))
+    packed: dict[int, PackedMotion] = {}
+    row.pack_motions(0, len(row), packed)
     assert repr([segment.motion for segment in row]) == repr([row[k].motion for k in range(5)]) == repr(motions)
     assert len(packed) == 3  # motions without a goal stay as they are
     assert packed[id(others[0])].like is like

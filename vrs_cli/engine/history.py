@@ -21,6 +21,7 @@ from vrs_cli.engine.settings import Altered
 from vrs_cli.errors import TooLate, UsageError
 from vrs_cli.trajectory.instant import round_to_ns
 from vrs_cli.trajectory.row import Row
+from vrs_cli.trajectory.segment import PackedMotion
 from vrs_cli.trajectory.timeline import Cause, DeltaColumns, Timeline, TimelineDelta
 from vrs_cli.values.commands import EventEdit, Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord
@@ -33,14 +34,14 @@ class HistoryStep(Struct, frozen=True, gc=False):
     """A command that took effect: its delta, the inverse delta, the clock before the command [s], whether it inserted
     its motion (parameter INSERT), and the displacement of ALTER.
 
-    `_source` is the delta, or the packed deltas that contain the delta at `_index`. `back` is the inverse of the delta;
-    or, if the inverse would be long, the timeline before the delta; or None if the delta only adds events, or segments
-    at the end. `earlier`: the number of events that were later inserted before the events of this step. `is_record`:
-    the step records events and is not a command.
+    `_source` is the delta, or the packed deltas that contain the delta at `_index`. `_back` is the inverse of the
+    delta, or the packed deltas that contain the inverse at `_index`; or, if the inverse would be long, the timeline
+    before the delta; or None if the delta only adds events, or segments at the end. `earlier`: the number of events
+    that were later inserted before the events of this step. `is_record`: the step records events and is not a command.
     """
 
     _source: TimelineDelta | DeltaColumns
-    back: TimelineDelta | Timeline | None
+    _back: TimelineDelta | DeltaColumns | Timeline | None
     clock: float
     insert: bool = True
     altered: Altered | None = None
@@ -52,22 +53,23 @@ class HistoryStep(Struct, frozen=True, gc=False):
     def of(
         before: Timeline, delta: TimelineDelta, clock: float, insert: bool, altered: Altered | None = None
     ) -> HistoryStep:
-        back: TimelineDelta | Timeline | None = None
         if delta.motion.kind in EVENT_KINDS:
             adds = delta.events is not None and delta.events.adds
         else:
             alone = delta.events is None or delta.events.adds
             adds = alone and (delta.keep, delta.drop, delta.shift, delta.cut) == (len(before), 0, 0.0, before.end)
-        if not adds:
-            back = before if delta.drop > WIDE_DROP else before.inverse(delta)
-        is_record = delta.motion.kind is MotionKind.RECORDED
-        return HistoryStep(delta, back, clock, insert, altered, is_record=is_record)
+        inverse = None if adds else before if delta.drop > WIDE_DROP else before.inverse(delta)
+        return HistoryStep(delta, inverse, clock, insert, altered, is_record=delta.motion.kind is MotionKind.RECORDED)
 
     @property
     def delta(self) -> TimelineDelta:
         """The delta of the command; it is made on demand if it is packed."""
-        source = self._source
-        return source[self._index] if isinstance(source, DeltaColumns) else source
+        return self._source[self._index] if isinstance(self._source, DeltaColumns) else self._source
+
+    @property
+    def back(self) -> TimelineDelta | Timeline | None:
+        """The inverse of the delta, made on demand if it is packed; or what `_back` has in its place."""
+        return self._back[self._index] if isinstance(self._back, DeltaColumns) else self._back
 
     @property
     def number(self) -> int:
@@ -167,15 +169,23 @@ class History:
         if self.undone and ((last := self.undone[-1]) is None or last.step.version < version):
             self.undone.clear()
 
-    def share(self, columns: DeltaColumns, deltas: Sequence[TimelineDelta]) -> None:
-        """Make the steps of packed deltas refer to the columns instead of the deltas, which saves memory."""
+    def share(self, columns: DeltaColumns, deltas: Sequence[TimelineDelta], motions: dict[int, PackedMotion]) -> None:
+        """Make the steps of packed deltas refer to the columns instead of the deltas, which saves memory, and pack
+        their inverses too. `motions`: as for `Row.pack_motions`.
+        """
         first = bisect_left(self.done, columns.version, key=lambda step: step.version)
-        for step in self.done[first : first + len(deltas)]:
-            index = step.version - columns.version
-            if 0 <= index < len(deltas) and step.delta is deltas[index]:
-                # change the step in place, because branches compare steps by identity
-                structs.force_setattr(step, "_index", index)
-                structs.force_setattr(step, "_source", columns)
+        found = {step.version - columns.version: step for step in self.done[first : first + len(deltas)]}
+        steps = [(at, found[at]) for at, delta in enumerate(deltas) if at in found and found[at].delta is delta]
+        inverses = {at: step.back for at, step in steps if isinstance(step.back, TimelineDelta)}
+        # deltas without segments fill the places of other steps, so that one index serves for both columns
+        backs = [inverses.get(at) or delta._replace(segments=(), events=None) for at, delta in enumerate(deltas)]
+        packed = DeltaColumns(backs, None, motions) if inverses else None
+        for at, step in steps:
+            # change the step in place, because branches compare steps by identity; other threads may read it
+            structs.force_setattr(step, "_index", at)
+            structs.force_setattr(step, "_source", columns)
+            if at in inverses:
+                structs.force_setattr(step, "_back", packed)
 
     def add(self, step: HistoryStep) -> None:
         """Add a new command, after which earlier undone commands cannot be redone. After a recorded event they can
@@ -265,7 +275,7 @@ class History:
         segments = Row(islice(timeline, delta.keep, None))
         if isinstance(back, TimelineDelta):
             back = back._replace(drop=back.drop + len(segments) - len(delta.segments))
-        self.done[-1] = structs.replace(step, _source=delta._replace(segments=segments), back=back, _index=0)
+        self.done[-1] = structs.replace(step, _source=delta._replace(segments=segments), _back=back, _index=0)
 
 
 def _swap_with_records(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistoryStep, list[HistoryStep]]:

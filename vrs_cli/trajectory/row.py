@@ -174,18 +174,15 @@ class Row(Sequence[Segment]):
                 path.pack()
         self._packed = last
 
-    def pack_motions(self, first: int, last: int) -> dict[int, PackedMotion]:
-        """Pack the motions that have a goal, from index `first` up to, but not including, `last`. Return the packed
-        motions, by the `id` of the original motions.
+    def pack_motions(self, first: int, last: int, made: dict[int, PackedMotion]) -> None:
+        """Pack the motions that have a goal, from index `first` up to, but not including, `last`. `made`: the packed
+        motions by the `id` of the original motions, to which new ones are added.
         """
-        made: dict[int, PackedMotion] = {}
-        packed = None
         for place, motion in enumerate(self.motions[first:last], first):
             if isinstance(motion, Motion) and motion.goal is not None:
                 if id(motion) not in made:
-                    made[id(motion)] = packed = PackedMotion.of(motion, packed)
+                    made[id(motion)] = PackedMotion.of(motion, next(reversed(made.values()), None))
                 self.motions[place] = made[id(motion)]
-        return made
 
     def same_columns(self, place: int, other: Row) -> bool:
         """Return whether the segments of this row that begin at index `place` equal those of another row, with the same

@@ -11,7 +11,7 @@ import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import Enum
 from itertools import chain, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from msgspec import Struct
 
@@ -418,22 +418,23 @@ Path = JointPath | CartesianPath
 
 
 class PackedMotion(Struct, frozen=True, gc=False):
-    """A motion with a goal in joint space, stored in a third of the usual memory: only `number` and `goal` are its own;
-    it takes all other fields from the motion `like`.
+    """A motion with a goal in joint space, stored in a third of the usual memory: only `number`, `goal` and `text` are
+    its own; it takes all other fields from the motion `like`.
     """
 
     number: int
     goal: bytes
+    text: str
     like: Motion
 
     @classmethod
     def of(cls, motion: Motion, before: PackedMotion | None) -> PackedMotion:
-        """Pack a motion. `before`: the previously packed motion, which often has the same objects in all other
-        fields.
-        """
-        goal = motion.goal or ()
-        known = before is not None and _other_fields(motion) == _other_fields(before.like)
-        return cls(motion.number, _DOUBLES[len(goal)].pack(*goal), before.like if before and known else motion)
+        """Pack a motion. `before`: the previously packed motion, which often has the same values in other fields."""
+        goal, like = motion.goal or (), before.like if before else motion
+        fields = zip(motion, _fields(like, motion.number, motion.goal, motion.text), strict=True)
+        # equal floats have the same bits, except 0.0 and -0.0
+        known = all(a is b or (type(a) is type(b) is float and a == b != 0.0) for a, b in fields)
+        return cls(motion.number, _DOUBLES[len(goal)].pack(*goal), motion.text, like if known else motion)
 
     @property
     def kind(self) -> MotionKind:
@@ -444,14 +445,18 @@ class PackedMotion(Struct, frozen=True, gc=False):
         return self.like.frames
 
     def unpack(self) -> Motion:
-        _, kind, start, _, *others = self.like
         goal = _DOUBLES[len(self.goal) // DOUBLE_BYTES].unpack(self.goal)
-        return _new(Motion, (self.number, kind, start, goal, *others))
+        return _new(Motion, _fields(self.like, self.number, goal, self.text))
 
 
-def _other_fields(motion: Motion) -> list[int]:
-    """Return the `id` of each field of a motion except number and goal."""
-    return list(map(id, (*motion[1:3], *motion[4:])))
+_NUMBER, _GOAL, _TEXT = map(Motion._fields.index, ("number", "goal", "text"))
+
+
+def _fields(like: Motion, number: int, goal: Joints | None, text: str) -> list[Any]:
+    """Return the fields of a motion that differs from the motion `like` only in number, goal and text."""
+    fields = list(like)
+    fields[_NUMBER], fields[_GOAL], fields[_TEXT] = number, goal, text
+    return fields
 
 
 class Segment(Struct, frozen=True, gc=False):

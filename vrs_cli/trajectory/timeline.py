@@ -288,6 +288,15 @@ class Timeline:
                 return leaf.row, place
         return segments, 0
 
+    def pack_motions(self, index: int, count: int, made: dict[int, PackedMotion]) -> None:
+        """Pack the motions of `count` segments that are in memory, from number `index` on; `made` as for a row."""
+        for number, _, leaf in self.parts(index):
+            first, last = (leaf.first + max(place - number, 0) for place in (index, index + count))
+            if last <= leaf.first:
+                return
+            if not leaf.row.away:
+                leaf.row.pack_motions(first, min(last, leaf.last), made)
+
     def in_rows(self, most: int) -> Timeline:
         """Return the same timeline with at most `most` segments in each row that is in memory."""
         return self._of_ropes(rope.in_rows(self._rope, most), self._events, self.version, self.world)
@@ -431,9 +440,9 @@ class DeltaLog(Sequence[TimelineDelta]):
 
     def extend(
         self, deltas: Iterable[TimelineDelta], timeline: Timeline | None = None
-    ) -> list[tuple[DeltaColumns, list[TimelineDelta]]]:
+    ) -> list[tuple[DeltaColumns, list[TimelineDelta], dict[int, PackedMotion]]]:
         """Append deltas. `timeline`: the timeline after them, with which packed deltas can share rows. Return the parts
-        that are now packed, each with its deltas.
+        that are now packed, each with its deltas and its packed motions.
         """
         packed = []
         for delta in deltas:
@@ -445,8 +454,9 @@ class DeltaLog(Sequence[TimelineDelta]):
             self._parts.append([delta])
             old = len(self._parts) - 1 - UNPACKED_PARTS
             if old >= 0 and isinstance(part := self._parts[old], list):
-                self._parts[old] = columns = DeltaColumns(part, timeline)
-                packed.append((columns, part))
+                motions: dict[int, PackedMotion] = {}
+                self._parts[old] = columns = DeltaColumns(part, timeline, motions)
+                packed.append((columns, part, motions))
         return packed
 
     def __setitem__(self, index: int, delta: TimelineDelta) -> None:
@@ -458,8 +468,8 @@ class DeltaLog(Sequence[TimelineDelta]):
 
 
 class DeltaColumns:
-    """The deltas of consecutive versions as columns of plain numbers; `_firsts` has the index of the first segment of
-    each delta.
+    """Deltas as columns of plain numbers. `version` is that of the first; the versions of the others follow it.
+    `_firsts` has the index of the first segment of each delta.
     """
 
     __slots__ = (  # `_rest` has the columns of `drop` and `shift`; None if all are 0, as in steering
@@ -467,7 +477,10 @@ class DeltaColumns:
         *("_firsts", "_segments", "_events"),
     )
 
-    def __init__(self, deltas: list[TimelineDelta], timeline: Timeline | None = None) -> None:
+    def __init__(self, deltas: list[TimelineDelta], timeline: Timeline | None, packed: dict[int, PackedMotion]) -> None:
+        """`timeline`: the timeline after the deltas, with which they share rows and packed motions. `packed`: as for
+        `Row.pack_motions`.
+        """
         self.version = deltas[0].version
         self._causes, which = [deltas[0].cause], []
         motions = [deltas[0].motion]
@@ -480,11 +493,10 @@ class DeltaColumns:
         segments = Row(chain.from_iterable(delta.segments for delta in deltas))
         segments.pack(len(segments))
         self._segments, first = segments, 0
-        packed: dict[int, PackedMotion] = {}
         if timeline is not None:
             self._segments, first = timeline.row_with(segments, deltas[0].keep)
-        if self._segments is not segments:
-            packed = self._segments.pack_motions(first, first + len(segments))
+            timeline.pack_motions(deltas[0].keep, len(segments), packed)
+        self._segments.pack_motions(first, first + len(segments), packed)
         self._motions = [packed.get(id(motion), motion) for motion in motions]
         self._firsts = array("I", accumulate([len(delta.segments) for delta in deltas], initial=first))
         self._issued = _reuse_equal(segments.starts, array("d", [delta.issued for delta in deltas]))
