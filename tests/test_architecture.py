@@ -511,14 +511,14 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_810  # of Python, in all
+MAX_STATEMENTS = 64_926  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
     "extras": 69,
     "page": 133,
     "hatch_build": 76,
-    "kinematics": 5963,
+    "kinematics": 6080,
     "values": 1667,
     "trajectory": 3452,
     "engine": 5335,

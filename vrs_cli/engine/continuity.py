@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 FOURTH = 4
 POWERS = np.arange(1.0, FOURTH + 1.0)
 # numbers of pieces into which the proof cuts the gap between two samples, before it takes another sample
-PROOF_PIECES = (2, 8, 32, 64)
+PROOF_PIECES = (1, 2, 8, 32, 64)
 # next to a rest, this fraction of a stretch's time needs no proof: the tool then covers under 1/1000 of the distance
 REST_PART = 2.0**-6
 FINEST_GAP = 2.0**-24  # smallest gap, as a fraction of a stretch; if a smaller one is needed, the line is refused
@@ -155,13 +155,14 @@ def _proved_from_to(follower: Follower, stretch: Followed) -> tuple[float, float
 def _gaps_without_proof(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> list[Gap]:
     if not gaps:
         return []
-    left = np.arange(len(gaps))
     arrays = _arrays(continuation, follower, gaps)
     for pieces in PROOF_PIECES:
-        left = left[~continuation.prove(arrays.some(left), pieces)]
-        if not len(left):
-            break
-    return [gaps[k] for k in left]
+        proved = continuation.prove(arrays, pieces)
+        if proved.all():
+            return []
+        left = np.flatnonzero(~proved)
+        arrays, gaps = arrays.some(left), [gaps[k] for k in left]
+    return gaps
 
 
 # --- seeds -----------------------------------------------------------------------------------------------------------
@@ -219,16 +220,17 @@ def _arrays(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> Gap
     """Return the gaps as arrays, in the form that this kind of continuation proof needs."""
     paces = np.array([(gap.lasting, *gap.of.pace) for gap in gaps])
     h, place, turn, guide = paces[:, 0], paces[:, 1], paces[:, 2:6], paces[:, 6]
-    place, turn = place * h**4, turn * h[:, None] ** POWERS
-    joints = np.array([(gap.a.joints, gap.b.joints) for gap in gaps])
+    powers = h[:, None] ** POWERS
+    place, turn = place * powers[:, 3], turn * powers
+    joints = np.array([gap.a.joints + gap.b.joints for gap in gaps]).reshape(len(gaps), 2, -1)
     if isinstance(continuation, Continuation):
-        rates = np.array([(gap.a.velocity, gap.b.velocity) for gap in gaps]) * h[:, None, None]
+        rates = np.array([gap.a.velocity + gap.b.velocity for gap in gaps]).reshape(joints.shape) * h[:, None, None]
         weights = np.array([guide.weights for guide in gaps[0].of.path.guides]).reshape(-1, joints.shape[2])
         # [m] distance of the flange from the tool tip: a turn about the tip moves the flange by this lever
         lever = hypot(*position(follower.T_tool_flange))
-        place = place + lever * fourth_of_turn(*turn.T)
+        place = place + lever * fourth_of_turn(*turn.T) if lever else place
         cubics = Cubic(joints[:, 0], joints[:, 1], rates[:, 0], rates[:, 1])
-        return Gaps(cubics, place, turn, guide * h**4, weights)
+        return Gaps(cubics, place, turn, guide * powers[:, 3], weights)
     from vrs_cli.kinematics.numeric.steady.batch import SteadyGaps  # imported here because few arms need it
 
     begins = np.array([gap.a.s for gap in gaps])

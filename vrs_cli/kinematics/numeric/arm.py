@@ -16,16 +16,16 @@ joint range, walks with other weights of the gradient are tried.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from functools import cached_property, partial
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache, cached_property, partial
 from itertools import islice
-from math import degrees, dist, inf, sqrt
+from math import degrees, dist, hypot, inf
 from operator import add, mul
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.compiled import gram, solve_damped, squares, volume
+from vrs_cli.kinematics.compiled import comma_list, compile_function, gram, solve_damped, squares, volume
 from vrs_cli.kinematics.joints import MAX_RATE_ERROR, NONE, Asked, Configuration, Demands, Jacobian, Joints, Twist, Walk
 from vrs_cli.kinematics.model import LEVEL, MEASURED, STRAIGHT, ArmTask, RobotModel, levers, some_joints
 from vrs_cli.kinematics.numeric import search
@@ -50,6 +50,7 @@ BEYOND = 0.02
 SAME_TURN = 1e-5
 THERE = 0.01  # [m, rad] a walk counts as successful if its error at the last pose is smaller
 WALK_DAMPING = 1e-9  # [m2, rad2] damping of the pseudo-inverse at singular joints
+SHORTEST = 1e-6  # minimum length of a direction to divide by
 ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {ArmTask.STEADY.value!r}"
 
 
@@ -121,7 +122,8 @@ class NumericArm(RobotArm):
         return self.guided_joints(T, near, self._still(near))
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
-        at_once = self.guided_state(T, near, demands, search.NO_TWIST, (0.0,) * len(demands))
+        # of all methods, this one leads from a stored seed to the joints that the planner has checked
+        at_once = NumericArm.guided_state(self, T, near, demands, search.NO_TWIST, (0.0,) * len(demands))
         return at_once[0] if at_once else self._search(T, near, demands, bounded=False)[0]
 
     def guided_state(
@@ -191,61 +193,83 @@ class NumericArm(RobotArm):
         """Return the walk (small steps along the poses). `part`: the weight of the gradient in the whole walk, one of
         `PARTS`.
         """
-        q, margin, total, steps = begin, 1.0, list[Joints](), len(poses) - 1
+        q, margin, bases, steps = begin, 1.0, list[list[Joints]](), len(poses) - 1
         axes = [_axis(joint, len(q)) for joint, _ in asked]
         others = [i for i in self.still_joints if i not in dict(asked)]
         basis = [_axis(joint, len(q)) for joint in others[: len(self.still_joints) - len(asked)]]
         for k, pose in enumerate(poses):
             held = [(axis, begin[i] + k / steps * (end - begin[i])) for axis, (i, end) in zip(axes, asked, strict=True)]
-            step, basis = self._walk_step(q, pose, held, basis, part / len(poses))
-            total = [tuple(map(add, a, b)) for a, b in zip(total, basis, strict=True)] if total else basis
-            q = tuple(map(add, q, step))
-            margin = min(margin, self._margin(q))
+            q, basis, least = self._walk_step(q, pose, held, basis, part / len(poses))
+            bases.append(basis)
+            margin = min(margin, least)
         arrives = max(map(abs, self.missing(q, poses[-1])[1])) < THERE
-        return Walk(q, (*axes, *_orthonormal(total)), margin, arrives)
+        sums = [tuple(map(sum, zip(*units, strict=True))) for units in zip(*bases, strict=True)]
+        return Walk(q, (*axes, *_orthonormal(sums)), margin, arrives)
 
     @cached_property
-    def _pulls(self) -> list[tuple[float, float]]:
-        """Return for each joint the middle of its range, and the weight of its distance from the middle in the
-        gradient.
+    def _pulls(self) -> list[tuple[float, float, float]]:
+        """Return for each joint the middle of its range, 1 divided by its range, and the weight of its distance from
+        the middle in the gradient.
         """
-        mean = sum([high - low for low, high in self._limits]) / len(self._limits)
-        return [(low + 0.5 * (high - low), (mean / (high - low)) ** 2) for low, high in self._limits]
+        ranges = [high - low for low, high in self._limits]
+        mean = sum(ranges) / len(ranges)
+        return [(x, 1.0 / size, (mean / size) ** 2) for x, size in zip(self.middle, ranges, strict=True)]
+
+    @cached_property
+    def _shortened(self) -> Callable[[Joints, Joints, Joints, float], tuple[Joints, Joints, float]]:
+        """Return the function of `_walk_step` for a null space of one direction. It takes the joints, any step to the
+        pose, the direction and `part`. Its code has the terms of all joints written out.
+        """
+        q, d, n = ([f"{name}{i}" for i in self._all] for name in "qdn")
+        pulls = (f"{n[i]} * {pull!r} * ({x!r} - {q[i]})" for i, (x, _, pull) in enumerate(self._pulls))
+        margins = (f"abs({q[i]} - {x!r}) * {unit!r}" for i, (x, unit, _) in enumerate(self._pulls))
+        lines = [
+            f"({comma_list(q)}), ({comma_list(d)}), ({comma_list(n)}) = joints, step, direction",
+            f"size = max(hypot({comma_list(n)}), {SHORTEST})",
+            f"along = {' + '.join(map('{} * {}'.format, n, d))}",
+            f"back = (part * ({' + '.join(pulls)}) - along) / (size * size)",
+            f"{comma_list(q)} = there = {comma_list(map('{} + {} + back * {}'.format, q, d, n))}",
+            f"return there, ({comma_list(map('{} / size'.format, n))}), 0.5 - max({comma_list(margins)})",
+        ]
+        return compile_function("shortened(joints, step, direction, part)", lines, {"hypot": hypot})
 
     def _margin(self, q: Joints) -> float:
         """Return the least distance of any joint from the ends of its range, as a fraction of the range; negative if a
         joint is outside.
         """
-        rows = zip(q, self._limits, strict=True)
-        return min([(x - low if x - low < high - x else high - x) / (high - low) for x, (low, high) in rows])
+        rows = zip(q, self._pulls, strict=True)
+        return 0.5 - max([abs(x - middle) * unit for x, (middle, unit, _) in rows])
 
     def _walk_step(
         self, q: Joints, pose: Transform, held: list[tuple[Joints, float]], near: list[Joints], part: float
-    ) -> tuple[Joints, list[Joints]]:
-        """Return the shortest step from joints q to a pose and to the sums in `held`, and an orthonormal basis of the
-        null space.
+    ) -> tuple[Joints, list[Joints], float]:
+        """Take the shortest step from joints q to a pose and to the sums in `held`. Return the joints after it, an
+        orthonormal basis of the null space, and the margin of the joints.
 
         In the null space, the step adds the gradient times `part`: the gradient of the sum of the squared distances of
         joints from the middles of their ranges, relative to these ranges. `near`: the previous basis; each new
         direction is close to one of its directions.
         """
-        demands = (*held, *((unit, _dot(unit, q)) for unit in near))
+        demands = *held, *[(unit, _dot(unit, q)) for unit in near]
         step, directions = Joints(), list[Joints]()
         for k in range(len(held), max(len(demands), len(held) + 1)):
             found = self._newton(q, pose, demands, search.NO_TWIST, _axis(k, len(demands)))
             if found is None:
                 rows, error = self.missing(q, pose)
                 rest = [value - _dot(axis, q) for axis, value in held]
-                return solve_damped([*rows, *(axis for axis, _ in held)], [*error, *rest], WALK_DAMPING), near
+                step = solve_damped([*rows, *(axis for axis, _ in held)], [*error, *rest], WALK_DAMPING)
+                there = tuple(map(add, q, step))
+                return there, near, self._margin(there)
             step = found[0]
+            if len(near) == 1:
+                there, unit, margin = self._shortened(q, step, found[1], part)
+                return there, [unit], margin
             directions.append(found[1])
-        basis = _orthonormal(directions[: len(near)])
-        inward = [0.0] * len(q)
-        if part:
-            inward = [part * (middle - x) * pull for x, (middle, pull) in zip(q, self._pulls, strict=True)]
+        there, basis = tuple(map(add, q, step)), _orthonormal(directions[: len(near)])
+        inward = [(middle - x) * pull for x, (middle, _, pull) in zip(q, self._pulls, strict=True)]
         for unit in basis:
-            step = _plus(step, _dot(unit, inward) - _dot(unit, step), unit)
-        return step, basis
+            there = _plus(there, part * _dot(unit, inward) - _dot(unit, step), unit)
+        return there, basis, self._margin(there)
 
     # --- all solutions --------------------------------------------------------------------------------------
 
@@ -352,21 +376,21 @@ def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:
     """Return an orthonormal basis made from the directions in their order (Gram-Schmidt method)."""
     basis = list[Joints]()
     for direction in directions:
-        rest = direction
         for unit in basis:
-            rest = _plus(rest, -_dot(rest, unit), unit)
-        size = max(sqrt(_dot(rest, rest)), 1e-6)  # minimum length to divide by
-        basis.append(tuple([x / size for x in rest]))
+            direction = _plus(direction, -_dot(direction, unit), unit)  # noqa: PLW2901
+        size = max(hypot(*direction), SHORTEST)
+        basis.append(tuple([x / size for x in direction]))
     return basis
 
 
+@cache
 def _axis(joint: int, count: int) -> Joints:
     """Return the weights of a sum of `count` joints that contains only this joint: a unit vector."""
     return tuple([float(i == joint) for i in range(count)])
 
 
 def _dot(a: Sequence[float], b: Sequence[float]) -> float:
-    return float(sum(map(mul, a, b)))
+    return sum(map(mul, a, b), 0.0)
 
 
 def _plus(a: Joints, factor: float, b: Joints) -> Joints:

@@ -17,8 +17,8 @@ is true at every x, and c is exact at both samples, one continuous branch of sol
 |F(c(x))| is at most 1/384 of the maximum of its fourth derivative with respect to x, because F and its slope are 0 at
 both samples (the remainder of Hermite's interpolation; Davis, "Interpolation and Approximation", 1963, 3.1).
 Derivatives of the rotation with respect to x are bounded by Faa di Bruno's formula, from the sums of the derivatives of
-all angles (of joints and of the path). For the position, they are multiplied by the levers, the greatest distances of
-the flange from the axes.
+all angles (of joints and of the path). For the position, each term is multiplied by the lever of the last of its
+joints: the greatest distance of the flange from the axis of this joint.
 
 To bound beta, c is divided into pieces, each of length g in x. On a piece the Jacobian J differs from the chord between
 its values at the ends by at most g^2 / 8 times the maximum of its second derivative, and F' differs from J by at most
@@ -37,7 +37,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from itertools import islice
-from math import hypot, sqrt
+from math import hypot, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -46,7 +46,7 @@ from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 from vrs_cli.kinematics.clearance import Unchanging
 from vrs_cli.kinematics.formula import over_arrays
 from vrs_cli.kinematics.joints import MAX_RATE_ERROR, NONE, Configuration, Joints
-from vrs_cli.kinematics.model import LEVEL, STRAIGHT, RobotModel, levers, some_joints
+from vrs_cli.kinematics.model import LEVEL, STRAIGHT, RobotModel, levers, link_transform, some_joints
 from vrs_cli.kinematics.numeric.search import CONVERGED, DAMPING, LARGEST_STEP, LEAST_DAMPING, STEPS, missing
 from vrs_cli.kinematics.serial_batch import SerialBatch, columns
 from vrs_cli.kinematics.transform import Transform
@@ -385,8 +385,10 @@ class Cubic(NamedTuple):
 
     def bends(self) -> tuple[Floats, Floats, Floats]:
         """Return the second derivatives at both ends, and the constant third derivative (k, n)."""
-        way, v, w = self.end - self.begin, self.begin_rate, self.end_rate
-        bend, third = 6.0 * way - 4.0 * v - 2.0 * w, 6.0 * (v + w - 2.0 * way)
+        way, v, w = 6.0 * (self.end - self.begin), self.begin_rate, self.end_rate
+        both = v + w
+        bend = way - 2.0 * (v + both)
+        third = 6.0 * both - 2.0 * way
         return bend, bend + third, third
 
     def at(self, parts: Floats) -> Floats:
@@ -440,9 +442,6 @@ class Continuation:
         # length beyond its range, which lengthens the lever of the joint
         sliding = np.cumsum(~batch.turning[::-1])[::-1]
         self.levers = np.where(self.turns, np.array(reached) / self.length + sliding, 1.0)
-        self.longest = np.maximum.accumulate(self.levers[::-1])[
-            ::-1
-        ]  # for each joint, the longest lever among it and all later joints
         self.units = np.where(self.turns, 1.0, self.length)
         self.places = sum(model.counts[:3])
         n = model.joint_count
@@ -450,21 +449,37 @@ class Continuation:
         # bound of the second derivatives of the flange's position: the derivative with respect to two joints is at most
         # the lever of the later one
         self.place_bend = float(np.linalg.norm(np.where(self.turns[first], self.levers[later], 0.0), 2))
+        # the transformation of a link with a revolute joint is a constant matrix (n, 1, 4, 4), plus another times the
+        # cosine of the joint, plus another times its sine
+        ends = [[_square(link_transform(link, x)) for x in (0.0, pi, 0.5 * pi)] for link in model.links]
+        begin, half, quarter = np.array(ends)[:, :, None].swapaxes(0, 1)
+        self.fixed, self.cosines = 0.5 * (begin + half), 0.5 * (begin - half)
+        self.sines = quarter - self.fixed
+        self.base, self.flange = _square(model.base), _square(model.flange)[:, 3]
+        # The derivative of the flange's position by several joints is at most the lever of the last of them. So to
+        # bound the position, sums over the joints up to each joint k are multiplied by lever k - lever k+1
+        self.place_levers = self.levers - np.append(self.levers[1:], 0.0)
+        # The same factors for the columns of the Jacobian. The upper half of a column is a derivative of the position.
+        # The lower half is an axis, which turns with the joints before it; in the axes of the flange, with those after
+        upper = np.where(np.tri(n), self.place_levers[:, None], 0.0)
+        before = np.eye(n, k=1) if batch.counting.all() else np.arange(n)[:, None] == n - 1
+        self.bend_levers = np.hstack((upper, np.where(self.turns, before, 0.0)))
 
     def prove(self, gaps: Gaps, pieces: int) -> Flags:
         """Return for each gap (interval between samples) whether the joints are proved to be continuous in it (k,). The
         proof divides each gap into `pieces` pieces.
         """
-        n = float(self.turns.sum())
+        n, k = float(self.turns.sum()), len(gaps.place)
         missed, bend = self._bounds(gaps)
-        q = gaps.way.at(np.linspace(0.0, 1.0, pieces + 1))  # joints of the cubic at the ends of the pieces
-        rows = self.batch.rows(q.reshape(-1, q.shape[2])).reshape(*q.shape[:2], -1, q.shape[2])
-        J = np.empty((*q.shape[:2], rows.shape[2] + len(gaps.weights), q.shape[2]))
-        J[:, :, : rows.shape[2]] = rows
-        J[:, :, rows.shape[2] :] = gaps.weights
-        J *= self.units
-        J[:, :, : self.places] /= self.length
-        beta = inverse_bound(J, bend / (8.0 * pieces**2) + sqrt(n) * missed)
+        # joints of the cubic at the ends of the pieces
+        q = np.stack(gaps.way[:2], axis=1) if pieces == 1 else gaps.way.at(np.linspace(0.0, 1.0, pieces + 1))
+        if (q[:-1, -1] == q[1:, 0]).all():  # each gap begins where the one before it ends
+            J = self._system(np.concatenate((q[:, :-1].reshape(-1, q.shape[2]), q[-1:, -1])), gaps.weights)
+            before, after = (J[i : i + k * pieces].reshape(k, pieces, *J.shape[1:]) for i in (0, 1))
+        else:
+            J = self._system(q.reshape(-1, q.shape[2]), gaps.weights).reshape(*q.shape[:2], -1, q.shape[2])
+            before, after = J[:, :-1], J[:, 1:]
+        beta = inverse_bound(before, after, bend / (8.0 * pieces**2) + sqrt(n) * missed)
         least = np.fmin(MAX_KANTOROVICH, MAX_KANTOROVICH / (beta * hypot(self.place_bend, n)))
         return np.asarray((beta * missed[:, None] <= least).all(axis=1))
 
@@ -478,38 +493,65 @@ class Continuation:
             J, error = with_guides(J, error, q, *guides)
         return np.asarray(q + (inverses(J) @ error[:, :, None])[:, :, 0])
 
+    def _system(self, q: Floats, weights: Floats) -> Floats:
+        """Return F' (N, m + r, n) at few joints (N, n): the rows of the Jacobian that count for the task, and the
+        weights of the guides.
+
+        All links are computed together: for less than 200 joints this takes less time than the formulas of `batch`.
+        """
+        if not (self.batch.counting.all() and self.turns.all()):
+            rows = self.batch.rows(q)
+            system = np.concatenate((rows, np.broadcast_to(weights, (len(q), *weights.shape))), axis=1) * self.units
+            system[:, : self.places] /= self.length
+            return system
+        turned = q.T[:, :, None, None]
+        links = self.fixed + np.cos(turned) * self.cosines + np.sin(turned) * self.sines
+        frames = np.empty((len(links) + 1, len(q), 4, 4))
+        frames[0] = self.base
+        for i, link in enumerate(links):
+            np.matmul(frames[i], link, out=frames[i + 1])
+        system = np.empty((6 + len(weights), len(links), len(q)))
+        x, y, z = ((frames[-1] @ self.flange - frames[:-1, :, :, 3]) / self.length).transpose(2, 0, 1)[:3]
+        system[3:6] = ax, ay, az = frames[:-1, :, :3, 2].transpose(2, 0, 1)
+        system[:3] = ay * z - az * y, az * x - ax * z, ax * y - ay * x
+        system[6:] = weights[:, :, None]
+        return system.transpose(2, 0, 1)
+
     def _bounds(self, gaps: Gaps) -> tuple[Floats, Floats]:
         """Return for each gap bounds (k,) of |F| and of the second derivative of J by x, on the cubic."""
-        changes = np.stack(gaps.way.most()) / self.units  # bounds of the joints' first three derivatives (3, k, n)
-        first, second, third = changes.sum(axis=2)  # these bounds, summed over the joints (k,)
-        far1, far2, far3 = changes @ self.longest
-        turn = [own + asked for own, asked in zip((first, second, third, 0.0), gaps.turn.T, strict=True)]
-        place = first**2 * (far1 * first + 6.0 * far2) + 3.0 * far2 * second
-        place = place + 4.0 * far3 * first + gaps.place / self.length
-        sums = np.linalg.norm(gaps.weights * self.units)
-        fourth = np.sqrt(fourth_of_turn(*turn) ** 2 + place * place + gaps.guide**2)
-        missed = HERMITE * fourth + SLOPES * MAX_RATE_ERROR * ((1.0 + sums) * first + far1)
-        size = hypot(float(np.linalg.norm(self.longest)), sqrt(float(self.turns.sum())))
-        return missed, size * (first**2 + second)
+        # the bounds of the joints' first three derivatives, summed from the first joint to each joint (3, k, n)
+        sums = np.cumsum(np.stack(gaps.way.most()) / self.units, axis=2)
+        turn = sums[:, :, -1] + gaps.turn.T[:3]
+        places, turned = fourth_of_turn(*sums), fourth_of_turn(*turn) + gaps.turn[:, 3]
+        place = places @ self.place_levers + gaps.place / self.length
+        fourth = np.sqrt(turned * turned + place * place + gaps.guide**2)
+        size = 1.0 + float(np.linalg.norm(gaps.weights * self.units))
+        missed = HERMITE * fourth + SLOPES * MAX_RATE_ERROR * (size * sums[0, :, -1] + sums[0] @ self.place_levers)
+        bend = (sums[0] * sums[0] + sums[1]) @ self.bend_levers
+        return missed, np.sqrt((bend * bend).sum(axis=1))
 
 
-def fourth_of_turn(first: Floats, second: Floats, third: Floats, fourth: Floats) -> Floats:
+def _square(T: Transform) -> Floats:
+    return np.reshape((*T, 0.0, 0.0, 0.0, 1.0), (4, 4))
+
+
+def fourth_of_turn(first: Floats, second: Floats, third: Floats, fourth: Floats | float = 0.0) -> Floats:
     """Return a bound of the fourth derivative of a rotation matrix, from bounds of the first four derivatives of the
     sum of its angles.
     """
     square = first * first
-    return np.asarray(square * square + 6.0 * square * second + 3.0 * second * second + 4.0 * first * third + fourth)
+    return np.asarray(square * (square + 6.0 * second) + 3.0 * second * second + 4.0 * first * third + fourth)
 
 
-def inverse_bound(ends: Floats, off: Floats) -> Floats:
-    """Return bounds (k, m) of |F'^-1| on m pieces of each gap, from F' at their ends (k, m + 1, n, n); NaN where F' may
-    be singular.
+def inverse_bound(before: Floats, after: Floats, off: Floats) -> Floats:
+    """Return bounds (k, m) of |F'^-1| on m pieces of each gap, from F' at both ends of each piece (k, m, n, n); NaN
+    where F' may be singular.
 
     `off` (k,): bounds of the difference between F' and the chord between its values at the ends of a piece.
     """
-    A = inverses(0.5 * (ends[:, 1:] + ends[:, :-1]))
+    A = inverses(0.5 * (after + before))
     size = _norm(A)
-    lost = 0.5 * _norm(A @ (ends[:, 1:] - ends[:, :-1])) + size * off[:, None]
+    lost = 0.5 * _norm(A @ (after - before)) + size * off[:, None]
     return np.asarray(size / np.where(lost < LOST, 1.0 - lost, np.nan))
 
 

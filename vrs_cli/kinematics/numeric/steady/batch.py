@@ -303,7 +303,7 @@ class SteadyContinuation:
         table = conditions.system(at, conditions.bend(at, rows[:, n:])) * self.units * self.units[:, None]
         table = table.reshape(*x.shape[:2], *table.shape[1:])
         fourth, bend, curved = self._bounds(gaps, cubic)
-        beta = inverse_bound(table, bend / (8.0 * pieces**2))
+        beta = inverse_bound(table[:, :-1], table[:, 1:], bend / (8.0 * pieces**2))
         off = np.maximum(missed[:, 1:], missed[:, :-1]) + (CHORD * fourth / pieces**2)[:, None] + PROOF_ROUNDING
         return np.asarray((beta * beta * curved[:, None] * off <= MAX_KANTOROVICH).all(axis=1))
 
