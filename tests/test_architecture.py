@@ -511,7 +511,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_926  # of Python, in all
+MAX_STATEMENTS = 64_925  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -521,7 +521,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "kinematics": 6080,
     "values": 1667,
     "trajectory": 3452,
-    "engine": 5335,
+    "engine": 5333,
     "language": 7608,
     "wire": 1068,
     "files": 3399,

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from vrs_cli.engine.following import FIRST_INTERVALS, Follower, Sample, _ahead, seeds_of
+from vrs_cli.engine.following import FIRST_INTERVALS, Follower, Sample, _extrapolation, seeds_of
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
@@ -114,4 +114,5 @@ def test_joints_are_expected_where_an_even_acceleration_leads(count: int) -> Non
     samples = [Sample(s, *at(s)) for s in (0.1, 0.25, 0.3)[:count]]
     last = samples[-1]
     even = tuple(x + 0.2 * w for x, w in zip(last.joints, last.velocity, strict=True))
-    assert _ahead(samples, last.s + 0.2) == pytest.approx(at(last.s + 0.2)[0] if count > 1 else even)
+    ahead = _extrapolation(len(last.joints))(samples, last.s + 0.2)
+    assert ahead == pytest.approx(at(last.s + 0.2)[0] if count > 1 else even)

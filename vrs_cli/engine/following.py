@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from itertools import accumulate, pairwise
 from math import ceil, inf
+from operator import sub
 from typing import NamedTuple
 
 from vrs_cli.engine.problem import joint_velocity, joints_on, state_on
@@ -96,9 +97,11 @@ class Follower:
         self.hopeless = HOPELESS_SLOWING * slowest
         self.widest = 0.0  # the greatest change of any joint over the last samples
         self._close = _closeness(self.rate_steps, self.hopeless)
+        self._ahead = _extrapolation(len(self.lower))
         self._path: CartesianPath | None = None  # the last path, and the function that returns its samples
         self._at: Callable[..., Sample | None]
-        self._judged: tuple[Joints, bool] = (), True  # joints of the last call of `nearly_singular`, and its result
+        # the singular measure of joints; a stretch begins with the last joints of the previous stretch
+        self._measure = cache(lambda joints: min(arm.singularity(joints)))
 
     def samples(
         self,
@@ -122,12 +125,12 @@ class Follower:
                 self._refine(path, samples, duration * part, finest)
             self._check_starts(path, samples)
         instants, guesses = [duration * step / steps for step in range(1, steps + 1)], self.arm.guesses
-        at, close = self._sampler(path), self._close
+        at, close, ahead = self._sampler(path), self._close, self._ahead
         for until in sorted({*marks, *instants}) if marks else instants:
             last = samples[-1]
             if until - last.s <= MIN_INTERVAL * duration:
                 continue
-            sample = at(until, _ahead(samples, until) if guesses else last.joints, guesses)
+            sample = at(until, ahead(samples, until) if guesses else last.joints, guesses)
             if sample is not None and close(last, sample):  # true for most samples
                 samples.append(sample)
             else:
@@ -145,7 +148,7 @@ class Follower:
 
     def singular(self, sample: Sample) -> bool:
         """Return whether the tool rests in a singular pose. A line may begin or end there."""
-        return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR_MEASURE
+        return not any(sample.velocity) and self._measure(sample.joints) < SINGULAR_MEASURE
 
     def nearly_singular(self, sample: Sample) -> bool:
         """Return whether joints may be fast near a sample for so short a time that differences of sampled velocities do
@@ -153,11 +156,7 @@ class Follower:
 
         True for arms whose singularities are not known.
         """
-        if sample.joints is not self._judged[0]:  # a stretch begins with the last joints of the previous stretch
-            arm = self.arm
-            near = arm.hand is None or min(arm.singularity(sample.joints)) < NEARLY_SINGULAR
-            self._judged = sample.joints, near
-        return self._judged[1]
+        return self.arm.hand is None or self._measure(sample.joints) < NEARLY_SINGULAR
 
     def _refine(
         self, path: CartesianPath, samples: list[Sample], until: float, finest: float, far: Sample | None = None
@@ -195,7 +194,7 @@ class Follower:
         """
         last, sample = samples[-1], None
         if self.arm.guesses:
-            sample = self._sampler(path)(s, _ahead(samples, s), soon=True)
+            sample = self._sampler(path)(s, self._ahead(samples, s), soon=True)
         if sample is not None and (halves or self._close(last, sample)):
             return sample
         return None if soon else self._sampler(path)(s, last.joints)
@@ -442,14 +441,23 @@ def _closeness(rate_steps: Joints, hopeless: float) -> Callable[[Sample, Sample]
     return compile_function("closely(a, b)", lines, {"hopeless": hopeless})
 
 
-def _ahead(samples: Sequence[Sample], s: float) -> Joints:
-    """Extrapolate the joints to time s, after the last sample."""
-    last = samples[-1]
-    before = samples[-2] if len(samples) > 1 else last
-    h = s - last.s
-    bend = 0.5 * h / (last.s - before.s) if last.s > before.s else 0.0
-    rows = zip(last.joints, last.velocity, before.velocity, strict=True)
-    return tuple([q + h * (v + bend * (v - w)) for q, v, w in rows])
+@cache
+def _extrapolation(count: int) -> Callable[[Sequence[Sample], float], Joints]:
+    """Return a function that extrapolates the joints to a time after the last sample: with the cubics through the last
+    two samples, or with the joint velocities of the only sample. Its code has the terms of all joints written out.
+    """
+    q, v, p, w = ([f"{name}{i}" for i in range(count)] for name in "qvpw")
+    cubics = (
+        f"{a} + h * ({b} + x * ({b} - (m := k * ({a} - {c})) + y * ({b} + {d} - 2.0 * m)))"
+        for a, b, c, d in zip(q, v, p, w, strict=True)
+    )
+    lines = [
+        f"t, ({comma_list(q)}), ({comma_list(v)}) = samples[-1]",
+        f"r, ({comma_list(p)}), ({comma_list(w)}) = samples[-2] if len(samples) > 1 else samples[-1]",
+        "h = s - t; k = 1.0 / (t - r) if t > r else 0.0; x = h * k; y = 1.0 + x",
+        f"return {comma_list(cubics)}",
+    ]
+    return compile_function("ahead(samples, s)", lines, {})
 
 
 def _overshoot(change: float, before: float, after: float) -> float:
@@ -471,7 +479,7 @@ def seeds_of(samples: list[Sample], widest: float, step: float) -> tuple[Joints,
     """
     if widest < step:
         return samples[0].joints, samples[-1].joints
-    ways = [max([abs(y - x) for x, y in zip(a.joints, b.joints, strict=True)]) for a, b in pairwise(samples)]
+    ways = [max(map(abs, map(sub, b.joints, a.joints))) for a, b in pairwise(samples)]
     travelled = list(accumulate(ways, initial=0.0))
     # shortest time in which a joint moves by MAX_SEED_STEP: seeds are also this close, since joints may be fast briefly
     shortest, behind = (samples[-1].s, 0)
