@@ -288,7 +288,11 @@ class Configuration(ArmWords, frozen=True, kw_only=True):
         """Return whether the configuration has all words in `asked`. Words of `asked` for a choice that the robot does
         not have are ignored.
         """
-        return all(word is None or mine in (None, word) for mine, word in zip(self.flags, asked.flags, strict=True))
+        return (
+            (asked.arm is None or self.arm in (None, asked.arm))
+            and (asked.elbow is None or self.elbow in (None, asked.elbow))
+            and (asked.wrist is None or self.wrist in (None, asked.wrist))
+        )
 
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:
         """Return the words of this configuration that none of the configurations `others` has."""

@@ -348,7 +348,7 @@ def dot(a: Vector, b: Vector) -> float:
 
 
 def length(a: Vector) -> float:
-    return sqrt(dot(a, a))
+    return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 
 def unit(a: Vector) -> Vector:

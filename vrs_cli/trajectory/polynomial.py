@@ -4,7 +4,7 @@ a2 t**2.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import inf, sqrt
 
@@ -17,10 +17,19 @@ def value(a: Polynomial, t: float) -> float:
         return a[0] + t * (a[1] + t * a[2])
     if len(a) == 4:
         return a[0] + t * (a[1] + t * (a[2] + t * a[3]))
+    if len(a) == 2:
+        return (0.0 * t + a[1]) * t + a[0]
     result = 0.0
     for coefficient in reversed(a):
         result = result * t + coefficient
     return result
+
+
+def values(rows: Sequence[Polynomial], t: float) -> list[float]:
+    """Return the value p(t) of each polynomial; all have the same degree."""
+    if len(rows[0]) == 3:
+        return [c0 + t * (c1 + t * c2) for c0, c1, c2 in rows]
+    return [value(a, t) for a in rows]
 
 
 def value_and_rate(a: Polynomial, t: float) -> tuple[float, float]:
@@ -42,8 +51,8 @@ def value_and_rate(a: Polynomial, t: float) -> tuple[float, float]:
 
 def second_derivative(a: Polynomial, t: float) -> float:
     """Return d2p/dt2."""
-    if len(a) == 3:
-        return 2.0 * a[2]
+    if len(a) < 4:
+        return 2.0 * a[2] if len(a) == 3 else 0.0
     return 2.0 * a[2] + t * 6.0 * a[3] if len(a) == 4 else value(derivative(derivative(a)), t)
 
 
@@ -63,9 +72,9 @@ def derivative_at(a: Polynomial, t: float, order: int) -> float:
 
 def derivative(a: Polynomial) -> Polynomial:
     """Return the polynomial dp/dt."""
-    if len(a) == 3:  # parabolas are by far the most frequent case
-        return a[1], 2.0 * a[2]
-    return tuple([power * coefficient for power, coefficient in enumerate(a) if power]) or (0.0,)
+    if len(a) < 4:  # parabolas are by far the most frequent case
+        return (a[1], 2.0 * a[2]) if len(a) == 3 else a[1:] or (0.0,)
+    return tuple([power * coefficient for power, coefficient in enumerate(a) if power])
 
 
 def taylor_shift(a: Polynomial, t: float) -> Polynomial:
@@ -140,7 +149,7 @@ def extremes(a: Polynomial, lasting: float) -> tuple[float, float]:
 def most(a: Polynomial, lasting: float) -> float:
     """Return the maximum of |p(t)| from 0 to `lasting`."""
     if len(a) < 3:  # |p| of a straight line is greatest at one of its ends
-        return max(abs(a[0]), abs(value(a, lasting)))
+        return abs(a[0]) if len(a) == 1 else max(abs(a[0]), abs(value(a, lasting)))
     return max(map(abs, extremes(a, lasting)))
 
 

@@ -264,9 +264,9 @@ class CartesianPath(Struct, frozen=True):
 
     def states(self) -> Callable[[float], tuple[Transform, Twist]]:
         """Return a function that maps s to (`pose`, `twist`); it is faster if many times of one path are needed."""
-        angles = [angle for _, angle in self.turns]
-        if len(angles) < 2 and max(map(len, (*self.position, *angles))) < 4:
-            return _parabolic_states(self.position, self.orientation, self.turns)
+        (x, y, z), turns = self.position, self.turns
+        if len(x) < 4 and len(y) < 4 and len(z) < 4 and (not turns or (len(turns) == 1 and len(turns[0][1]) < 4)):
+            return _parabolic_states(self.position, self.orientation, turns)
         place, turned = _places(*self.position), _orientations(self.orientation, self.turns)
 
         def state(s: float) -> tuple[Transform, Twist]:
@@ -278,14 +278,13 @@ class CartesianPath(Struct, frozen=True):
 
     def twist_rate(self, s: float) -> Twist:
         """Return the acceleration of the tool tip and the angular acceleration [m/s2, rad/s2]."""
-        alpha = STILL
+        alpha, (x, y, z) = STILL, self.position
         if len(self.turns) > 1:
             alpha = self._spin_rates(s)[0]
         elif self.turns:  # most paths have one turn; the acceleration is then along its axis
             ((axis, angle),) = self.turns
             second, (kx, ky, kz) = second_derivative(angle, s), rotate(self.orientation, axis)
             alpha = 0.0 + kx * second, 0.0 + ky * second, 0.0 + kz * second
-        x, y, z = self.position
         return (second_derivative(x, s), second_derivative(y, s), second_derivative(z, s), *alpha)
 
     def twist_rates(self, s: float) -> tuple[Twist, Twist]:
@@ -328,7 +327,7 @@ def _parabolic_states(
     """Return the function of `CartesianPath.states` for parabolas with at most one turn, by far the most
     frequent case.
     """
-    (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [(*a, 0.0, 0.0)[:3] for a in rows]
+    (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [a if len(a) == 3 else (*a, 0.0, 0.0)[:3] for a in rows]
     if not turns:
         nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = R
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from msgspec import Struct, structs
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, Vector, length
+from vrs_cli.kinematics.transform import Transform, Vector, axis_angle, compose, inverse, length
 
 NEGLIGIBLE = 1e-12  # a smaller displacement or velocity counts as 0 [rad, m, rad/s, m/s]
 STEADY = 1e-9  # a smaller acceleration counts as 0 [rad/s2, m/s2]
@@ -41,12 +41,12 @@ class JointState(NamedTuple):
         """True if the joints are at rest: they have neither a velocity nor an acceleration from which a motion must
         continue.
         """
-        return all(abs(v) <= NEGLIGIBLE for v in self.velocity) and not self.accelerating
+        return max(map(abs, self.velocity), default=0.0) <= NEGLIGIBLE and not self.accelerating
 
     @property
     def accelerating(self) -> bool:
         """True if the joints have an acceleration from which a motion must continue."""
-        return any(abs(a) > STEADY for a in self.acceleration)
+        return max(map(abs, self.acceleration), default=0.0) > STEADY
 
     @property
     def present_acceleration(self) -> Joints:
@@ -66,7 +66,7 @@ class GuideState(Struct, frozen=True):
     acceleration: float = 0.0
 
 
-class ToolState(Struct, frozen=True):
+class ToolState(Struct, frozen=True, dict=True):
     """T_robot_tool with the velocity of the tool tip [m/s] and its angular velocity in the robot's frame [rad/s].
 
     `acceleration` [m/s2] and `spin_rate` [rad/s2]: the derivatives of the two velocities; zero if they may jump (LSPB).
@@ -91,6 +91,15 @@ class ToolState(Struct, frozen=True):
     def accelerating(self) -> bool:
         """True if the tool has an acceleration from which a motion must continue."""
         return length(self.acceleration) > STEADY or length(self.spin_rate) > STEADY
+
+    def turn_to(self, target: Transform) -> tuple[Vector, float]:
+        """Return axis and angle [rad] of the turn to T_robot_tool `target`. The last result is kept, since a line is
+        often planned again with other limits.
+        """
+        known: tuple[Transform, tuple[Vector, float]] | None = self.__dict__.get("turn")
+        if known is None or known[0] is not target:
+            known = self.__dict__["turn"] = target, axis_angle(compose(inverse(self.pose), target))
+        return known[1]
 
 
 class Target(Struct, frozen=True):

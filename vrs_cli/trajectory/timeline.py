@@ -26,8 +26,7 @@ from vrs_cli.values.commands import Event, EventEdit, Motion
 from vrs_cli.values.world import WorldState
 
 PART = 128  # number of deltas in one part of a delta log
-# the cache of the last read: no segment yet; later it holds the index of the segment read last, and that segment
-_NOT_READ: tuple[int | None, Any] = None, None
+MAX_KEPT_READS = 4  # number of segments that a timeline keeps after they were read
 UNPACKED_PARTS = 2  # number of parts that are not packed: the last part, which grows, and the part before it
 
 
@@ -66,7 +65,7 @@ class Timeline:
     part of a longer one.
     """
 
-    __slots__ = ("_events", "_last_read", "_rope", "version", "world")
+    __slots__ = ("_events", "_read", "_rope", "version", "world")
 
     def __init__(
         self,
@@ -81,7 +80,7 @@ class Timeline:
         self._rope: OffsetNode[Row] = made
         dated = tuple(events)
         self._events: OffsetNode[EventRow] | None = rope.rope_of(EventRow(dated)) if dated else None
-        self._last_read = _NOT_READ
+        self._read: dict[int, Segment] = {}
         self.version, self.world = version, world
 
     # --- reading ---
@@ -90,18 +89,19 @@ class Timeline:
         return self._rope.node.count
 
     def __getitem__(self, index: int) -> Segment:
-        found: Segment
-        last, found = self._last_read  # cached, because an edit reads the segment at its cut several times
-        if index == last:
+        found = self._read.get(index)  # cached, because an edit reads the segments around its cut several times
+        if found is not None:
             return found
         count = self._rope.node.count
         if index < 0:
             index += count
         if not 0 <= index < count:
             raise IndexError(index)
-        found = rope.item(self._rope, index)
-        self._last_read = index, found
-        return found
+        made: Segment = rope.item(self._rope, index)
+        if len(self._read) >= MAX_KEPT_READS:
+            self._read.clear()
+        self._read[index] = made
+        return made
 
     def __iter__(self) -> Iterator[Segment]:
         return rope.segments(self._rope)
@@ -262,7 +262,7 @@ class Timeline:
     ) -> Timeline:
         timeline = cls.__new__(cls)
         timeline._rope, timeline._events, timeline.version, timeline.world = held, events, version, world
-        timeline._last_read = _NOT_READ
+        timeline._read = {}
         return timeline
 
     def parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf[Row]]]:

@@ -224,8 +224,8 @@ def test_a_blend_that_ends_on_the_target_too_fast_is_impossible() -> None:
 def test_a_tool_that_is_there_when_its_velocity_has_gone() -> None:
     way, velocity = (0.1, 0.0, 0.0), (0.4, 0.0, 0.0)  # 0.4 m/s gone in 0.5 s leads 0.1 m on
     limits = ToolLimits(1.0, 2.0, 1.0, 1.0, blending=1.0)
-    assert vector_demands(way, velocity, limits, 0.5) == (0.0, inf, 0.0)
-    low, high, _ = vector_demands(way, velocity, structs.replace(limits, blending=0.25), 0.5)
+    assert vector_demands(way, velocity, limits)(0.5) == (0.0, inf, 0.0)
+    low, high, _ = vector_demands(way, velocity, structs.replace(limits, blending=0.25))(0.5)
     assert low > high
 
 
@@ -236,7 +236,7 @@ def test_the_bounds_of_a_vector_are_where_its_limits_are(
     way: tuple[float, float, float], velocity: tuple[float, float, float], u: float
 ) -> None:
     limits, blend = ToolLimits(2.0, 6.0, 1.0, 1.0, blending=4.0 / 6.0), 0.4
-    low, high, slowing = vector_demands(way, velocity, limits, blend)
+    low, high, slowing = vector_demands(way, velocity, limits)(blend)
     assume(all(abs(u - edge) > 1e-6 for edge in (low, high)))
     v1 = [u * (d - 0.5 * v * blend) for d, v in zip(way, velocity, strict=True)]
     kept = hypot(*v1) <= 2.0 and dist(v1, velocity) <= 4.0 * blend

@@ -277,7 +277,7 @@ def make_joint_velocity(geometry: Geometry) -> Callable[..., Joints]:
         elbow       arm stretched or folded flat                                 sin psi = 0
         wrist       axes of joints 4 and 6 in one line                           sin q5 = 0
     """
-    _, a1, a2, a3, d4, d6, side, forearm, _ = geometry
+    (_, a1, a2, a3, d4, d6, side, _, _), flat = geometry, SINGULAR * geometry.a2 * geometry.forearm
 
     def joint_velocity(
         q: Joints,
@@ -322,7 +322,7 @@ def make_joint_velocity(geometry: Geometry) -> Callable[..., Joints]:
             raise _singular("shoulder", "the wrist is above or below the axis of joint 1")
         out += side * qd1
         stretch = uu * fv - uv * fu  # equals a2 forearm sin psi; 0 if the arm is stretched or folded
-        if abs(stretch) > SINGULAR * a2 * forearm:
+        if stretch > flat or stretch < -flat:
             qd2 = (out * fu + down * fv) / stretch
             qd23 = -(out * uu + down * uv) / stretch
         else:

@@ -12,9 +12,7 @@ In the files of this folder `way` is the displacement that a joint or the tool s
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import cached_property
 from importlib import import_module
-from itertools import repeat
 from math import sqrt
 from typing import NamedTuple
 
@@ -30,7 +28,7 @@ from vrs_cli.kinematics.transform import (
     vector_difference,
 )
 from vrs_cli.trajectory.instant import up_to_grid
-from vrs_cli.trajectory.polynomial import Polynomial, parabola, value
+from vrs_cli.trajectory.polynomial import Polynomial, parabola, value, values
 from vrs_cli.trajectory.segment import STILL, JointPath, Path, Phase, Segment, ToolStretch
 from vrs_cli.trajectory.state import FrozenValue, JointLimits, JointState, Target, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
@@ -120,11 +118,16 @@ class Blend(FrozenValue, frozen=True):
         """Return the polynomials of a change from v0 to v1 that starts at position p, one for each stretch."""
         return [parabola(p, v0, v1, self.lasts)]
 
-    def paths(self, p: Sequence[float], v0: Sequence[float], v1: Sequence[float]) -> list[tuple[Polynomial, ...]]:
-        """Return the changes of several joints from acceleration zero: for each stretch, the polynomials of all
-        joints.
-        """
-        return [tuple(map(parabola, p, v0, v1, repeat(self.lasts)))]
+    def paths(
+        self,
+        p: Sequence[float],
+        v0: Sequence[float],
+        a0: Sequence[float],  # noqa: ARG002
+        v1: Sequence[float],
+    ) -> list[tuple[Polynomial, ...]]:
+        """Return the changes of several components: for each stretch, the polynomials of all components."""
+        lasts = self.lasts
+        return [tuple([(at, v, 0.5 * (w - v) / lasts) for at, v, w in zip(p, v0, v1, strict=True)])]
 
 
 class Change(NamedTuple):
@@ -193,11 +196,11 @@ class Change(NamedTuple):
                 p, v, a = value(polynomials[-1], duration), v + 0.5 * duration * (a + after), after
         return polynomials
 
-    def paths(self, p: Sequence[float], v0: Sequence[float], v1: Sequence[float]) -> list[tuple[Polynomial, ...]]:
-        """Return the changes of several joints from acceleration zero: for each stretch, the polynomials of all
-        joints.
-        """
-        return list(zip(*map(self.polynomials, p, v0, repeat(0.0), v1), strict=True))
+    def paths(
+        self, p: Sequence[float], v0: Sequence[float], a0: Sequence[float], v1: Sequence[float]
+    ) -> list[tuple[Polynomial, ...]]:
+        """Return the changes of several components: for each stretch, the polynomials of all components."""
+        return list(zip(*map(self.polynomials, p, v0, a0, v1), strict=True))
 
     @property
     def durations(self) -> list[float]:
@@ -252,33 +255,33 @@ class Course(FrozenValue, frozen=True):
         slowing = [(duration, Phase.DECELERATE) for duration in self.slow.durations]
         return [(duration, first) for duration in self.change.durations] + cruise + slowing
 
-    def polynomials(self, p: float, v0: float, a0: float, v1: float, after: float | None = None) -> list[Polynomial]:
-        """Return a motion of one component from position p, with cruise velocity v1: a polynomial for each stretch.
-        `after`: the position at the end of the change, if the caller knows it.
+    def paths(
+        self,
+        p: Sequence[float],
+        v0: Sequence[float],
+        a0: Sequence[float],
+        v1: Sequence[float],
+        after: float | None = None,
+    ) -> list[tuple[Polynomial, ...]]:
+        """Return a motion of several components from positions p, with cruise velocities v1: for each stretch, the
+        polynomials of all components. `after`: the position of the last component at the end of the change, if the
+        caller knows it.
         """
-        rows = self.change.polynomials(p, v0, a0, v1)
-        p = value(rows[-1], self.change.durations[-1]) if after is None else after
+        paths, still = self.change.paths(p, v0, a0, v1), (0.0,) * len(p)
+        q = values(paths[-1], self.change.durations[-1])
+        if after is not None:
+            q[-1] = after
         if self.cruise:
-            rows.append((p, v1))
-            p = value(rows[-1], self.cruise)
-        return rows + self.slow.polynomials(p, v1, 0.0, 0.0) if self.slow.lasts else rows
+            paths.append(tuple(zip(q, v1, strict=True)))
+            q = values(paths[-1], self.cruise)
+        return paths + self.slow.paths(q, v1, still, still) if self.slow.lasts else paths
 
 
 def joint_stretches(
     course: Course, joints: Joints, velocity: Joints, cruising: Sequence[float], first: Phase
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """Yield the stretches of joints that change from their velocities to the velocities `cruising` and then stop. Each
-    stretch is computed for all joints at once, since this is the most frequent plan.
-    """
-    change, cruise, slow = course.change, course.cruise, course.slow
-    paths = change.paths(joints, velocity, cruising)
-    durations = change.durations
-    q = [value(a, durations[-1]) for a in paths[-1]]
-    if cruise:
-        paths.append(tuple(zip(q, cruising, strict=True)))
-        q = [value(a, cruise) for a in paths[-1]]
-    if slow.lasts:
-        paths += slow.paths(q, cruising, (0.0,) * len(q))
+    """Yield the stretches of joints that change from their velocities to the velocities `cruising` and then stop."""
+    paths = course.paths(joints, velocity, (0.0,) * len(joints), cruising)
     for (duration, phase), path in zip(course.stretches(first), paths, strict=True):
         yield duration, phase, JointPath(path)
 
@@ -298,7 +301,7 @@ class ToolMotion:
         acceleration: Vector = STILL,
     ) -> None:
         self.state, self.target, self.limits, self.dying = state, target, limits, dying
-        self.acceleration = acceleration
+        self.acceleration, self.at_rest = acceleration, state.at_rest
         self.displacement = vector_difference(position(target), position(state.pose))
 
     def orientation_after(self, change: VelocityChange) -> Transform:
@@ -308,15 +311,10 @@ class ToolMotion:
             R = compose(R, rotation_about(axis, change.to_rest(rate, acceleration)))
         return R
 
-    @cached_property
-    def whole_turn(self) -> tuple[Vector, float]:
-        """Axis and angle of the turn from the current orientation to the target."""
-        return axis_angle(compose(inverse(self.state.pose), self.target))
-
     def turn(self, change: VelocityChange) -> tuple[Vector, float]:
         """Return axis and angle of the turn to the target that remains after the angular velocity is braked to zero."""
         if not self.dying:
-            return self.whole_turn
+            return self.state.turn_to(self.target)
         return axis_angle(compose(inverse(self.orientation_after(change)), self.target))
 
     def turn_after_change(self, change: VelocityChange, spin: float) -> float | None:  # noqa: ARG002 (LSPB uses it)
@@ -334,20 +332,22 @@ class ToolMotion:
             return
         going, (axis, angle) = not course.stops_at_once, self.turn(change)
         starts = zip(position(state.pose), state.velocity, self.acceleration, self.displacement, strict=True)
-        ways, guides = [], []
-        for p, v, a, way in starts:
-            v1 = change.ahead(way, v, a) * (1.0 / reach) if going else 0.0
-            ways.append(course.polynomials(p, v, a, v1))
+        part, spin = 1.0 / reach, angle / reach if going else 0.0
+        rows = [(p, v, a, change.ahead(way, v, a) * part if going else 0.0) for p, v, a, way in starts]
         for guide in state.guides:
-            rate, acceleration = guide.rate, guide.acceleration
-            v1 = change.ahead(guide.end - guide.value, rate, acceleration) / reach if going else 0.0
-            guides.append(course.polynomials(guide.value, rate, acceleration, v1))
-        spin = angle / reach if going else 0.0
-        turning = course.polynomials(0.0, 0.0, 0.0, spin, self.turn_after_change(change, spin)) if spin else []
+            ahead = change.ahead(guide.end - guide.value, guide.rate, guide.acceleration)
+            rows.append((guide.value, guide.rate, guide.acceleration, ahead / reach if going else 0.0))
+        if spin:
+            rows.append((0.0, 0.0, 0.0, spin))
+        turned = self.turn_after_change(change, spin) if spin else None
+        p, v, a, v1 = zip(*rows, strict=True)
+        paths = course.paths(p, v, a, v1, turned)
         dying = [(k, change.polynomials(0.0, rate, acceleration, 0.0)) for k, rate, acceleration in self.dying]
-        begins, after, (x, y, z) = len(change.durations), self.orientation_after(change), ways
-        first = Phase.ACCELERATE if state.at_rest else Phase.BLEND
-        for i, (duration, phase) in enumerate(course.stretches(first)):
-            turns = [(k, rows[i]) for k, rows in dying if i < begins] + ([(axis, turning[i])] if spin else [])
+        begins, after = len(change.durations), self.orientation_after(change)
+        first = Phase.ACCELERATE if self.at_rest else Phase.BLEND
+        for i, ((duration, phase), (x, y, z, *others)) in enumerate(zip(course.stretches(first), paths, strict=True)):
+            turns = [(k, polynomials[i]) for k, polynomials in dying] if i < begins else []
+            if spin:
+                turns.append((axis, others.pop()))
             R = state.pose if i < begins else after
-            yield ToolStretch(duration, phase, (x[i], y[i], z[i]), R, tuple(turns), tuple([rows[i] for rows in guides]))
+            yield ToolStretch(duration, phase, (x, y, z), R, tuple(turns), tuple(others))

@@ -48,6 +48,9 @@ FIRST_STEPS = 2
 MAX_BLEND_S = 1e6  # [s] maximum time of a blend
 
 
+_new = tuple.__new__
+
+
 def _course(blend: float, cruise: float, slow: float) -> Course:
     return Course(Blend(blend), cruise, Blend(slow))
 
@@ -142,28 +145,28 @@ def scalar_demands(components: Sequence[Component]) -> Demands:
     return demands
 
 
-def vector_demands(displacement: Vector, velocity: Vector, limits: ToolLimits, blend: float) -> Demand:
-    """Return the bounds on u = 1/S that the motion of the tip sets, so that |c u| <= v_max and |c u - v0| <= a_blend
-    blend, with c = D - v0 blend / 2.
+def vector_demands(displacement: Vector, velocity: Vector, limits: ToolLimits) -> Demands:
+    """Return a function from the blend time to the bounds on u = 1/S that the motion of the tip sets, so that |c u| <=
+    v_max and |c u - v0| <= a_blend blend, with c = D - v0 blend / 2.
     """
-    (dx, dy, dz), (vx, vy, vz), half = displacement, velocity, 0.5 * blend
-    cx, cy, cz = dx - half * vx, dy - half * vy, dz - half * vz
-    ahead = sqrt(cx * cx + cy * cy + cz * cz)
-    change = limits.blend_acceleration * blend
-    speed = sqrt(vx * vx + vy * vy + vz * vz)
-    if ahead <= NEGLIGIBLE:
-        return Demand(0.0, inf, 0.0) if speed <= change else Demand(1.0, 0.0, 0.0)
-    along = (cx * vx + cy * vy + cz * vz) / ahead
-    across = speed * speed - along * along
-    room = change * change - max(across, 0.0)
-    if room < 0.0:
-        return Demand(1.0, 0.0, 0.0)
-    root = sqrt(room)
-    return Demand(
-        max((along - root) / ahead, 0.0),
-        min(limits.speed / ahead, (along + root) / ahead),
-        ahead / limits.acceleration,
-    )
+    (dx, dy, dz), (vx, vy, vz), fastest, acceleration = displacement, velocity, limits.speed, limits.acceleration
+    blending, speed = limits.blend_acceleration, sqrt(vx * vx + vy * vy + vz * vz)
+
+    def demands(blend: float) -> Demand:
+        half, change = 0.5 * blend, blending * blend
+        cx, cy, cz = dx - half * vx, dy - half * vy, dz - half * vz
+        ahead = sqrt(cx * cx + cy * cy + cz * cz)
+        if ahead <= NEGLIGIBLE:
+            return Demand(0.0, inf, 0.0) if speed <= change else Demand(1.0, 0.0, 0.0)
+        along = (cx * vx + cy * vy + cz * vz) / ahead
+        room = change * change - max(speed * speed - along * along, 0.0)
+        if room < 0.0:
+            return Demand(1.0, 0.0, 0.0)
+        root = sqrt(room)
+        low, high, most = (along - root) / ahead, (along + root) / ahead, fastest / ahead
+        return _new(Demand, (low if low > 0.0 else 0.0, high if high < most else most, ahead / acceleration))
+
+    return demands
 
 
 def search(
@@ -319,7 +322,7 @@ class _ToolMotion(ToolMotion):
         """Return the shortest course (the times of the change of velocity, the cruise and slowing down) that keeps the
         tool's limits of velocity and acceleration and lasts at least `least` [s]."""
         limits, state = self.limits, self.state
-        if state.at_rest:
+        if self.at_rest:
             _, angle = self.turn(Blend(0.0))
             tip = Component(length(self.displacement), 0.0, limits.speed, limits.acceleration)
             turning = Component(angle, 0.0, limits.spin, limits.spin_acceleration)
@@ -330,19 +333,26 @@ class _ToolMotion(ToolMotion):
         speed = length(state.velocity)
         shortest = max(max(speed - limits.speed, 0.0) / blending, self.spin / limits.blend_spin_acceleration)
         guess = max(speed / limits.acceleration, shortest)
-        return search(self._demands, shortest, guess, least, LINE_FIRST_STEPS)
+        return search(self._demands(), shortest, guess, least, LINE_FIRST_STEPS)
 
-    def _demands(self, blend: float) -> Demand:
-        """Return the bounds that position and rotation set together. The decaying spin and the new turn share the limit
-        of angular acceleration.
+    def _demands(self) -> Demands:
+        """Return a function from the blend time to the bounds that position and rotation set together. The decaying
+        spin and the new turn share the limit of angular acceleration.
         """
-        low, high, slowing = vector_demands(self.displacement, self.state.velocity, self.limits, blend)
-        _, angle = self.turn(Blend(blend)) if self.dying else self.whole_turn
-        if angle > NEGLIGIBLE:
-            limits = self.limits
-            high = min(high, limits.spin / angle, (limits.blend_spin_acceleration * blend - self.spin) / angle)
-            slowing = max(slowing, angle / limits.spin_acceleration)
-        return Demand(low, high, slowing)
+        limits, of_tip = self.limits, vector_demands(self.displacement, self.state.velocity, self.limits)
+        fastest, blending, acceleration = limits.spin, limits.blend_spin_acceleration, limits.spin_acceleration
+        dying = bool(self.dying)
+        angle = 0.0 if dying else self.state.turn_to(self.target)[1]
+
+        def demands(blend: float) -> Demand:
+            demand, left = of_tip(blend), self.turn(Blend(blend))[1] if dying else angle
+            if left <= NEGLIGIBLE:
+                return demand
+            low, high, slowing = demand
+            high = min(high, fastest / left, (blending * blend - self.spin) / left)
+            return _new(Demand, (low, high, max(slowing, left / acceleration)))
+
+        return demands
 
 
 # --- stops -----------------------------------------------------------------------------------------------------------

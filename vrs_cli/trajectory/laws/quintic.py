@@ -162,7 +162,7 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
     """
     way = vector_difference(position(target), position(state.pose))
     if state.at_rest:
-        _, angle = axis_angle(compose(inverse(state.pose), target))
+        _, angle = state.turn_to(target)
         tip = length(way), Bounds(limits.speed, limits.acceleration, limits.jerk)
         turning = angle, Bounds(limits.spin, limits.spin_acceleration, limits.spin_jerk)
         slowest = Bounds(limits.guide, limits.guide_acceleration, limits.guide_jerk)

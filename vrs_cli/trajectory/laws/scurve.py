@@ -401,7 +401,7 @@ class _ToolMotion(ToolMotion):
 
     def course(self, least: float) -> Course:
         limits = self.limits
-        if self.state.at_rest:
+        if self.at_rest:
             _, angle = self.turn(NONE)
             way = length(self.displacement)
             tip = Component(way, 0.0, limits.speed, limits.acceleration, limits.jerk)
