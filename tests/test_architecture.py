@@ -511,7 +511,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_925  # of Python, in all
+MAX_STATEMENTS = 64_952  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -520,8 +520,8 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "hatch_build": 76,
     "kinematics": 6080,
     "values": 1667,
-    "trajectory": 3452,
-    "engine": 5333,
+    "trajectory": 3466,
+    "engine": 5346,
     "language": 7608,
     "wire": 1068,
     "files": 3399,

@@ -109,8 +109,8 @@ class _Search:
     def __init__(
         self, arm: RobotArm, hand: Hand, T_tool_flange: Transform, path: CartesianPath, lasting: float
     ) -> None:
-        self.arm, self.T_tool_flange, self.edges = arm, T_tool_flange, arm.boundary.sizes
-        self.path, self.states, self.lasting = path, path.states(), lasting
+        self.arm, self.edges, self.no_tool = arm, arm.boundary.sizes, T_tool_flange == IDENTITY
+        self.path, self.states, self.lasting, self.T_tool_flange = path, path.states(), lasting, T_tool_flange
         self.pace = pace_of(path, lasting, hand, T_tool_flange)
         self.touches: list[Touch] = []
         self.seen: list[tuple[float, Clearance]] = []
@@ -145,7 +145,9 @@ class _Search:
         return PathSurvey(endless=begin)
 
     def look(self, s: float) -> Clearance:
-        return self.arm.clearance(compose(self.states(s)[0], self.T_tool_flange), self.path.configuration)
+        pose, _ = self.states(s)
+        flange = pose if self.no_tool else compose(pose, self.T_tool_flange)
+        return self.arm.clearance(flange, self.path.configuration)
 
     def is_beyond(self, seen: Clearance) -> bool:
         shoulder, outer, inner, wrist = self.edges
@@ -157,10 +159,10 @@ class _Search:
 
         A clearance is decided if it certainly stays positive, or stays on its boundary from one sample to the other.
         """
-        least = self.arm.least_clearance(a, b, self.pace, h)
+        least = self.arm.least_clearance(a, b, self.pace, h).sizes
         on_boundary = list[int]()
         for which, (edge, x, y) in enumerate(zip(self.edges, a.sizes, b.sizes, strict=True)):
-            low = least.sizes[which]
+            low = least[which]
             if low > edge and low >= KEPT_CLEARANCE * min(x, y):
                 continue
             if on_boundary and max(x, y) == inf:
@@ -170,7 +172,7 @@ class _Search:
             on_boundary.append(which)
             if which != SHOULDER:
                 break  # later clearances depend on this one and have no known bound here, so they are not judged
-            least = self.arm.least_clearance(a, b, self.pace, h, beside_axis=True)
+            least = self.arm.least_clearance(a, b, self.pace, h, beside_axis=True).sizes
         return True, on_boundary
 
     def marks(self) -> tuple[float, ...]:
@@ -211,9 +213,7 @@ def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Tran
     if hand.T_axis_base is not IDENTITY:
         places = zip_longest(*rows, fillvalue=0.0)
         rows = list(zip(*(rotate(hand.T_axis_base, (px, py, pz)) for px, py, pz in places), strict=True))
-    rates = [derivative(row) for row in rows]
-    vx, vy, vz = [most(row, lasting) for row in rates]
-    ax, ay, az = [most(derivative(row), lasting) for row in rates]
+    (vx, ax), (vy, ay), (vz, az) = [_greatest_rates(row, lasting) for row in rows]
     swing, swing_bend = _swing(path.turns, lasting, lever)
     tilt, tilt_bend = _swing(path.turns, lasting, approach)
     return HandPace(
@@ -232,11 +232,19 @@ def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, f
     """
     if not turns:
         return 0.0, 0.0
-    rates = [most(derivative(turn.angle), lasting) for turn in turns]
-    bends = [most(derivative(derivative(turn.angle)), lasting) for turn in turns]
+    greatest = [_greatest_rates(turn.angle, lasting) for turn in turns]
     across = length(cross(turns[0].axis, v)) if len(turns) == 1 else length(v)
-    total = sum(rates)  # earlier turns rotate the axes of later turns, which adds to the second derivative
-    return total * across, (sum(bends) + total * total * (1.0 if len(turns) < 2 else 2.0)) * across
+    # earlier turns rotate the axes of later turns, which adds to the second derivative
+    total, bend = sum([rate for rate, _ in greatest]), sum([bend for _, bend in greatest])
+    return total * across, (bend + total * total * (1.0 if len(turns) < 2 else 2.0)) * across
+
+
+def _greatest_rates(a: Polynomial, lasting: float) -> tuple[float, float]:
+    """Return the maxima of |dp/dt| and |d2p/dt2| from 0 to `lasting`."""
+    if len(a) == 3:  # parabolas are by far the most frequent case
+        return max(abs(a[1]), abs(a[1] + 2.0 * a[2] * lasting)), abs(2.0 * a[2])
+    rate = derivative(a)
+    return most(rate, lasting), most(derivative(rate), lasting)
 
 
 class Stop(FrozenValue, frozen=True):

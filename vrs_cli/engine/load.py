@@ -7,7 +7,7 @@ taken.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import pairwise, repeat
+from itertools import chain, pairwise, repeat
 from math import cbrt, sqrt
 from operator import sub, truediv
 from typing import TypeVar
@@ -112,8 +112,7 @@ class StretchLoad:
         begins, ends = (0.0 if self.follower.nearly_singular(end) else counts for end in (samples[0], samples[-1]))
         first = self._at_end(samples[0], times[0], times[1], means, (0, 1), 0.0 if fast else begins)
         last = self._at_end(samples[-1], times[-1], times[-2], means, (-1, -2), ends)
-        load = self._worse(load, [end for end in (first, last) if end is not None])
-        load = self._worse(load, self._bends() if self.closely else ())
+        load = self._worse(load, chain(filter(None, (first, last)), self._bends() if self.closely else ()))
         if load.acceleration > NEAR_LIMIT:
             load = self._worse(load, self._near_limit(means, greatest, counts))
         if first is None or not fast:
@@ -436,7 +435,7 @@ def _means(
 
 
 def _greatest(columns: Iterable[Sequence[float]]) -> list[float]:
-    return [max(max(column), -min(column)) for column in columns]  # noqa: PLW3301 (faster than with an argument each)
+    return [max(map(abs, column)) for column in columns]
 
 
 def _where_largest(values: Sequence[float]) -> int:

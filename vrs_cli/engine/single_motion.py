@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache, lru_cache
-from itertools import chain
-from math import inf
+from math import inf, sqrt
+from operator import sub
 
 from msgspec import structs
 
@@ -85,11 +85,13 @@ class _PlanKey:
 
     def __init__(self, problem: Problem, resting: Problem | None = None) -> None:
         here, motion = problem.here, problem.motion
-        tool, frames, target = here.tool, motion.frames, motion.pose or motion.goal or ()
-        numbers: Iterable[float] = chain(*here.joints, target)
+        tool, frames, (q, qd, qdd), target = here.tool, motion.frames, here.joints, motion.pose or motion.goal or ()
+        numbers: tuple[float, ...] = (*q, *qd, *qdd, *target)
         others: tuple[object, ...] = ()
         if motion.kind is MotionKind.STRAIGHT:
-            numbers = chain(numbers, frames.base, frames.tool, *(structs.astuple(tool)[:5] if tool else ()))
+            numbers = (*numbers, *frames.base, *frames.tool)
+            if tool:
+                numbers += (*tool.pose, *tool.velocity, *tool.spin, *tool.acceleration, *tool.spin_rate)
             limits = motion.tip_speed, motion.rotation, problem.slowest, problem.latest - problem.begin
             others = *limits, motion.swivel, here.T_flange_tool, tool is None, tool and tool.guides
             if resting is not None:
@@ -219,12 +221,24 @@ def _deadline(resting: Problem) -> float:
         return inf
 
 
+def _least_finish(resting: Problem) -> float:
+    """Return a lower bound of the time [s] at which a joint-interpolated motion from rest ends: the end of the joint
+    that takes longest if each moves on its own; -inf for other motions.
+    """
+    limits = joint_limits(resting.arm, resting.motion)
+    ways = map(abs, map(sub, resting.motion.goal or (), resting.here.joints.joints))
+    rows = zip(ways, limits.velocity, limits.acceleration, strict=False)  # no rows if there is no goal
+    times = [way / v + v / a if way * a > v * v else 2.0 * sqrt(way / a) for way, v, a in rows]
+    return resting.begin + max(times, default=-inf)
+
+
 def plan_corner(moving: Problem, resting: Problem) -> tuple[Segment, ...]:
     """Plan a motion that rounds the corner in which the previous motion would end. If the rounded motion takes longer,
     plan the motion from rest in the corner. Raises MotionError if neither is possible.
     """
     with suppress(NoWay, NotInTime):
         rounded = plan_directly(moving, resting)
-        if moving.motion.kind is MotionKind.STRAIGHT or rounded[-1].finish <= _deadline(resting):
+        straight = moving.motion.kind is MotionKind.STRAIGHT
+        if straight or any(rounded[-1].finish <= limit(resting) for limit in (_least_finish, _deadline)):
             return rounded
     return plan_motion(resting)

@@ -194,6 +194,7 @@ class _Line:
         self.state, self.joints = state, problem.here.joints
         self.limits, self.least = guide_limits(arm.model, motion, state, tool_limits(arm, motion)), motion.duration
         self.law, self.stops = LAWS[motion.profile], stops
+        self.first_sample: Sample | None = None  # the same for all attempts
         self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base, problem.slowest)
         if not arm.model.task.turns:
             self.state = structs.replace(state, spin=STILL, spin_rate=STILL)
@@ -209,11 +210,10 @@ class _Line:
         for _ in range(MAX_SLOWINGS):
             stretches = self._stretches(self.limits)
             seeds, loads = self._follow(stretches, self._marks_in_motion(stretches) if closely else ())
-            if not closely and _worst(loads).slowing <= 1.0 + ROUNDING:
-                marks = self._marks_in_motion(stretches)
-                closely = any(marks)
-                seeds, loads = self._follow(stretches, marks) if closely else (seeds, loads)
             load = _worst(loads)
+            if not closely and load.slowing <= 1.0 + ROUNDING and any(marks := self._marks_in_motion(stretches)):
+                closely, (seeds, loads) = True, self._follow(stretches, marks)
+                load = _worst(loads)
             if load.slowing <= 1.0 + ROUNDING:
                 return self._segments(stretches, seeds)
             # lower the limits of the phase that exceeded them: the blend, slowing down, or the speed
@@ -240,7 +240,7 @@ class _Line:
         """
         stretches = self._stretches(self.limits)
         pose, goal = self.state.pose, self.goal
-        axis, angle = axis_angle(compose(inverse(pose), goal))
+        axis, angle = self.state.turn_to(goal)
         x, y, z = ((a, b - a) for a, b in zip(position(pose), position(goal), strict=True))
         turns = (Turn(axis, (0.0, angle)),) if angle else ()
         # the line as a function of the covered fraction (0 to 1) in place of time
@@ -325,7 +325,7 @@ class _Line:
         if square > NO_LENGTH * NO_LENGTH:
             x, y, z = (value(a, s) for a in stretch.position)
             return dot(vector_difference((x, y, z), begin), way) / square
-        _, angle = axis_angle(compose(inverse(self.state.pose), self.goal))
+        _, angle = self.state.turn_to(self.goal)
         return value(stretch.turns[-1][1], s) / angle if stretch.turns and angle else 0.0
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
@@ -350,15 +350,14 @@ class _Line:
         stretch.
         """
         seeds, loads, followed, started = [], [], [], Joints()
-        before: Sample | None = None
+        before, near = self.first_sample, self.joints.joints
         for stretch, instants in zip(stretches, chain(marks, repeat(())), strict=False):
-            near = self.joints.joints if before is None else before.joints
             path = self._path(stretch, (near,))
             samples = self.follower.samples(path, stretch.duration, near, self.law.samples, before, instants)
             followed.append((path, stretch.duration, samples))
             # the line must continue the current joint velocities; at a singular pose it may not be able to
             if not started:
-                started = samples[0].velocity
+                self.first_sample, started = samples[0], samples[0].velocity
                 jumps = [abs(w - v) for v, w in zip(self.joints.velocity, started, strict=True)]
                 if max(jumps) > SAME_VELOCITY:
                     joint = jumps.index(max(jumps)) + 1
@@ -370,7 +369,7 @@ class _Line:
             asked = StretchLoad(self.follower, path, samples, closely=bool(instants))
             loads.append(asked.smooth(started) if self.law.smooth else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.follower.widest, self.arm.seed_step))
-            before = samples[-1]
+            before, near = samples[-1], samples[-1].joints
         # other arms have closed-form inverse kinematics, or no proof exists
         if self.follower.arm.continuation is not None:
             from vrs_cli.engine.continuity import check_continuous, leading_seeds

@@ -246,9 +246,8 @@ class Ticket(Generic[T]):
     def take_said(self) -> list[Reply | Question]:
         """Return and remove the replies and questions that have not been read yet."""
         there: list[Reply | Question] = []
-        # an empty queue is not an error; testing it first would be unsafe, because another thread may also take replies
-        with suppress(IndexError):
-            while True:
+        with suppress(IndexError):  # another thread may also take replies
+            for _ in range(len(self._said)):
                 there.append(self._said.popleft())
         return there
 
