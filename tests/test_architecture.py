@@ -126,6 +126,12 @@ DEFERRED = (
     Deferred(("cli/grade.py",), ("tempfile",), "as above"),
     Deferred(("cli/system_limits.py", "kinematics/urdf/tree.py", "teach/many.py"), ("resource",), "Windows has none"),
     Deferred(("cli/kinds.py",), ("ipaddress", "datetime"), "few runs have a network or make tokens"),
+    Deferred(("language/run/environment.py",), ("vrs_cli.language.compile.direct",), "few programs CALL others"),
+    Deferred(
+        ("engine/engine.py",),
+        ("vrs_cli.engine.reach", "vrs_cli.engine.steering"),
+        "few runs steer, or explain a motion",
+    ),
     Deferred(("cli/outputs.py",), ("base64", "html"), "few runs write a report"),
     Deferred(
         ("repl", "render"),
@@ -511,7 +517,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_952  # of Python, in all
+MAX_STATEMENTS = 64_963  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -521,8 +527,8 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "kinematics": 6080,
     "values": 1667,
     "trajectory": 3466,
-    "engine": 5346,
-    "language": 7608,
+    "engine": 5351,
+    "language": 7610,
     "wire": 1068,
     "files": 3399,
     "world": 1235,
@@ -540,7 +546,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "highlight": 35,
     "lsp": 833,
     "teach": 4242,
-    "cli": 3562,
+    "cli": 3566,
     "__main__": 39,
     "__init__": 13,
 }

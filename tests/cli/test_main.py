@@ -31,6 +31,21 @@ def test_the_version_imports_nearly_nothing() -> None:
         assert heavy not in modules.split()
 
 
+@pytest.mark.parametrize("subcommand", ["run", "check"])
+def test_a_short_program_loads_no_module_that_it_does_not_need(subcommand: str) -> None:
+    code = f"""
+import sys
+before = set(sys.modules)
+from vrs_cli.__main__ import main
+main(["{subcommand}", "programs/hello.v2"])
+print(*(name for name in sys.modules if name not in before))
+"""
+    modules = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    own = ("engine.reach", "engine.steering", "language.compile.direct", "repl.piped")
+    for heavy in ("numpy", "lark", "rich", *(f"vrs_cli.{name}" for name in own)):
+        assert heavy not in modules
+
+
 def test_functions_of_atexit_are_called_and_all_is_written_before_the_end() -> None:
     code = "import atexit, sys; from vrs_cli.__main__ import process; atexit.register(print, 'last'); process()"
     command = [sys.executable, "-c", code, "check", "nothing.v2"]

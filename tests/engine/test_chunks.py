@@ -131,7 +131,7 @@ def test_a_chunk_that_is_planned_in_parts_is_that_of_one_part(monkeypatch: pytes
     parts, one = Engine(MODELS["puma560"]), Engine(MODELS["puma560"])
     before = parts.timeline
     whole(parts.follow(long_chunk(parts)))
-    monkeypatch.setattr("vrs_cli.engine.engine.TICKS_AT_ONCE", 10**6)
+    monkeypatch.setattr("vrs_cli.engine.steering.TICKS_AT_ONCE", 10**6)
     whole(one.follow(long_chunk(one)))
     assert len(parts.book.deltas) > len(one.book.deltas) == 1
     for t in np.arange(0.0, one.end + 0.1, 0.013):

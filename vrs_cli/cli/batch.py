@@ -33,13 +33,14 @@ from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.language.words.values import key_of
 from vrs_cli.render.plain import for_stream, sentences, untrue_sentence
 from vrs_cli.render.progress import RunProgress
-from vrs_cli.repl import interrupt, piped
+from vrs_cli.repl import interrupt
 from vrs_cli.trajectory.instant import round_to_ns
 from vrs_cli.values import questions, results
 from vrs_cli.values.diagnostics import Diagnostic, Severity
 from vrs_cli.values.numbers import count
 
 if TYPE_CHECKING:
+    from vrs_cli.repl.piped import PipedLines
     from vrs_cli.values.replies import Reply
     from vrs_cli.world.course import WorldCourse
 
@@ -133,7 +134,7 @@ class Batch(Struct, frozen=True):
         # whether the clock runs in real time
         live = options.realtime is not None or options.allow_net or options.serial
         with system_limits.limited_memory(options.max_memory) as guard, running as progress, self._folder() as folder:
-            lines = piped.lines_of_pipe(sys.stdin) if live else None
+            lines = _lines_of_pipe() if live else None
             output = sys.stderr if self.aside else sys.stdout  # the stream for the output of TYPE and PROMPT
             terminal = BatchTerminal(output, progress, lines or iter(sys.stdin.readline, ""), options.quiet)
             station = self._station(terminal, folder)
@@ -366,6 +367,12 @@ class Batch(Struct, frozen=True):
             print(json.dumps(found, indent=2))
         else:
             self.printed(found)
+
+
+def _lines_of_pipe() -> PipedLines | None:
+    from vrs_cli.repl.piped import lines_of_pipe
+
+    return lines_of_pipe(sys.stdin)
 
 
 def _with_files_beside(source: Source, found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:

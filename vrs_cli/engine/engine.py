@@ -22,10 +22,8 @@ from vrs_cli.engine.history import History, HistoryStep, begins
 from vrs_cli.engine.planner import RESYNC, plan, plan_resync
 from vrs_cli.engine.position import destination_at, finish_after, joints_at, position_at, positions_at, world_pose
 from vrs_cli.engine.problem import NoRoomToStop
-from vrs_cli.engine.reach import Standpoint, reach_of
 from vrs_cli.engine.settings import DELAY, TIME, TIME_FROM_NOW, Altered, Settings
 from vrs_cli.engine.single_motion import rounding_begins, slowing_segments
-from vrs_cli.engine.steering import SAMPLES_AT_ONCE, TICK, TICKS_AT_ONCE, Chunk, plan_chunk, plan_steering, tick_count
 from vrs_cli.errors import AlterNotOn, IllegalValue, LocationOutOfRange, LocationTooFar, MotionError, PowerOff, TooLate
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -53,6 +51,8 @@ from vrs_cli.values.commands import (
 from vrs_cli.values.results import FollowReport, Position, Reach, ResyncReport
 
 if TYPE_CHECKING:
+    from vrs_cli.engine.reach import Standpoint
+    from vrs_cli.engine.steering import Chunk
     from vrs_cli.trajectory.measured import MeasuredRecord
 
 MIN_REPORTED_TURN = 0.01  # [rad] a larger difference from the requested turn of the tool is reported
@@ -566,6 +566,8 @@ class Engine:
         the motion in progress has no room to stop, it continues, and the target is dropped. Raises PowerOff,
         JointOutOfRange.
         """
+        from vrs_cli.engine.steering import plan_steering
+
         self._check_power()
         targets.check_joint_limits(self.model, target.joints)
         if not self.settings.moves:
@@ -599,6 +601,8 @@ class Engine:
         nothing else changes the timeline; if COLLISION may refuse the chunk, it is planned as a whole. Raises PowerOff,
         TooLate, MotionError.
         """
+        from vrs_cli.engine.steering import SAMPLES_AT_ONCE
+
         self._check_power()
         begin, late = chunk.since(self.now if self.realtime else self.timeline.start)
         begin = up_to_grid(begin)
@@ -623,6 +627,8 @@ class Engine:
 
     def _chase(self, chunk: Chunk, motion: Motion, begin: float, issued: float) -> Parts[None]:
         """Plan and commit a chunk part by part: the first part is a new command, the others prolong it."""
+        from vrs_cli.engine.steering import TICK, TICKS_AT_ONCE, plan_chunk, tick_count
+
         count, begun, next = tick_count(chunk, begin), False, 0
         while next < count:
             ticks = range(next, count if self.settings.switch("COLLISION") else min(next + TICKS_AT_ONCE, count))
@@ -797,9 +803,13 @@ class Engine:
 
         Raises IllegalValue for the joints of another robot.
         """
+        from vrs_cli.engine.reach import reach_of
+
         return reach_of(self.standpoint, target)
 
     @property
     def standpoint(self) -> Standpoint:
         """The current state of the robot, from which the motions examined by WHY and EXPLAIN start."""
-        return Standpoint(self.arm, self.settings, self.position().joints, self._motion_at(self.now))
+        from vrs_cli.engine import reach
+
+        return reach.Standpoint(self.arm, self.settings, self.position().joints, self._motion_at(self.now))

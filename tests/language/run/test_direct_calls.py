@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from tests.language.running import StillRobot, environment_with, program
 from vrs_cli.errors import UndefinedName
-from vrs_cli.language.run import environment as running
 from vrs_cli.language.run.effects import Budget, CycleBegins, Failed, ProgramCompleted
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import Task
@@ -131,7 +130,7 @@ def history(text: str, seed: int, direct: bool) -> list[tuple[object, ...]]:
     budgets = random.choice([(1,), (1, 2, 3), (5, 50), (7, 1000), (1000,)])
     with pytest.MonkeyPatch.context() as patch:
         if not direct:
-            patch.setattr(running, "compile_direct", lambda *_: None)
+            patch.setattr("vrs_cli.language.compile.direct.compile_direct", lambda *_: None)
         environment = environment_with(text)
         task = Task(environment, StillRobot(), "main", cycles=2)
         turns = list[tuple[object, ...]]()

@@ -52,6 +52,7 @@ from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usab
 from vrs_cli.values.diagnostics import Span
 
 # matches conversions and escapes of C and Python strings, which TYPE would print as they are: %d, \n, {x}
+_SIGNS = frozenset("%\\{")  # each match of _PRINTF has one of them
 _PRINTF = r"(?<![\d%])%[-+]?\d*(?:\.\d+)?[dfsgiu](?![A-Za-z])|\\[nt]$|^[^\\:]*\\n|\{[A-Za-z]\w*\}"
 FORMAT_CODES = "BCDEFGHINOSUX"
 _STATES = ("ON", "OFF", "TRUE", "FALSE")
@@ -74,7 +75,11 @@ class Expressions(NameFindings):
             self.typed.add(expression.key)
         if not isinstance(expression, ast.Format):
             self.value(expression, ANY_KIND)
-            if isinstance(expression, ast.StringConstant) and (found := re.search(_PRINTF, expression.value)):
+            if (
+                isinstance(expression, ast.StringConstant)
+                and not _SIGNS.isdisjoint(expression.value)
+                and (found := re.search(_PRINTF, expression.value))
+            ):
                 sign, ends = "\\n" if found[0].endswith("\\n") else found[0], "every TYPE ends its line"
                 hint = f"{ends}, TYPE alone types an empty one" if sign[0] == "\\" else 'TYPE "x =", x types a value'
                 self.warn(WithoutEffect, expression.span, f"{sign} is typed as it stands", hint)

@@ -33,7 +33,6 @@ from vrs_cli.language.compile.expressions import CELLS, KEYS, Array, Library
 from vrs_cli.language.text import ast
 from vrs_cli.language.words.values import Kind
 
-DIRECT = "direct"  # name of every generated Python function
 MAX_OPERATIONS = 64  # maximum number of operations in a direct function, because the robot waits while it is compiled
 # functions of VAL-II that depend on the current program or operation, or may wait
 _TASK_FUNCTIONS = frozenset(
@@ -92,7 +91,7 @@ class _DirectCompiler(ProgramCompiler):
         blocks = [self._block(number, leaders) for number in self._here]
         loop = py.While(tree.constant(True), self._tree(blocks, 0), [])
         names = ["X", "n", "E", *self._given, *CELLS.values(), *KEYS.values(), "C", *self.arrays.values()]
-        definition = py.FunctionDef(DIRECT, tree.parameters(names), [*self._prologue(count), loop], [], None)
+        definition = py.FunctionDef(tree.DIRECT, tree.parameters(names), [*self._prologue(count), loop], [], None)
         return Direct(tree.make_function(definition, self.namespace), tuple(self.arrays), following)
 
     def _count(self, leaders: list[int]) -> tuple[int, ...]:

@@ -11,6 +11,7 @@ _Tree = TypeVar("_Tree", bound="py.expr | py.stmt")
 
 
 FILE = "<program>"  # shown as the file name of compiled programs in Python's tracebacks
+DIRECT = "direct"  # name of every function that `compile.direct` makes
 _LINE, _COLUMN = 1, 0  # position of nodes without a line of their own, because Python's compiler requires a position
 _LOAD = py.Load()
 _BRANCHES = (py.expr, py.stmt, py.arguments, py.arg, py.excepthandler)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from itertools import chain
-from typing import Any, NoReturn, cast
+from typing import TYPE_CHECKING, Any, NoReturn, cast
 from weakref import WeakKeyDictionary, ref
 
 from msgspec import Struct
@@ -19,7 +19,6 @@ from vrs_cli.kinematics.transform import compose
 from vrs_cli.language.analysis import names
 from vrs_cli.language.analysis.structure import beyond, waits_for_signals
 from vrs_cli.language.compile.compiler import Compiled, compile_expression, compile_program
-from vrs_cli.language.compile.direct import Direct, compile_direct
 from vrs_cli.language.compile.expressions import ARGUMENT, CELLS, KEYS, ExpressionCompiler, Library
 from vrs_cli.language.run.effects import CallProgram, Event, Return, Wait
 from vrs_cli.language.run.memory import (
@@ -43,6 +42,9 @@ from vrs_cli.language.words import values
 from vrs_cli.values.commands import Break
 from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.values.numbers import Value, count
+
+if TYPE_CHECKING:
+    from vrs_cli.language.compile.direct import Direct
 
 
 def for_step(step: float) -> float:
@@ -267,6 +269,8 @@ class Executable:
     @cached_property
     def direct(self) -> Direct | None:
         """Return the program's direct function (see `compile.direct`), or None if only a task can run the program."""
+        from vrs_cli.language.compile.direct import compile_direct
+
         made = compile_direct(LIBRARY, self.analysis, self.compilation.lowered)
         if made is not None:
             arrays = (self._memory.cells(*array) for array in made.arrays)

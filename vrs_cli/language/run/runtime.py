@@ -36,9 +36,8 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.compile.compiler import FIRST_LINE
-from vrs_cli.language.compile.direct import DIRECT
 from vrs_cli.language.compile.lowering import Perform
-from vrs_cli.language.compile.python_tree import FILE
+from vrs_cli.language.compile.python_tree import DIRECT, FILE
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
     OF_ERRORS,

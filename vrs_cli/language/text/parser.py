@@ -65,7 +65,6 @@ JOINTS_HIGH = 12  # maximum number of joints of a precision point in a file
 SECTIONS = (".LOCATIONS", ".REALS", ".DOUBLES", ".STRINGS")
 
 _DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")
-_LINE_END = re.compile(r"\r\n|\n|\r")
 _BINARY = re.compile(r"[\x00-\x06\x0e-\x19\x1c-\x1f]")
 _STEP_NUMBER = re.compile(r"[ \t]*([0-9]+)\.?(?![\w.])(?:[ \t]*\?)?[ \t]*")  # matches 3 or 3. or 3.?
 DISK_END = "\x1a"  # Ctrl-Z, which marks the end of a text file on old disks
@@ -94,7 +93,8 @@ class SourceLine(Struct, frozen=True):
 
 def lines_of(text: str) -> list[SourceLine]:
     """Split a string into lines. Lines may end with LF, CR LF or CR."""
-    texts = _LINE_END.split(text.rstrip(DISK_END).removeprefix("\ufeff"))
+    text = text.rstrip(DISK_END).removeprefix("\ufeff")
+    texts = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     if texts and not texts[-1]:
         texts.pop()
     found = (_DIRECTIVE.match(line) if "." in line else None for line in texts)

@@ -113,13 +113,13 @@ def _type(context: Context, _it: Wording, *items: TypeItem | None) -> Iterable[e
     return (effects.Type(*encode(items, context.environment.units)),)
 
 
-_BETWEEN = re.compile(r"\s*,\s*|\s+")
+_BETWEEN = r"\s*,\s*|\s+"
 
 
 def _entries(line: str, kinds: list[Kind]) -> list[Value] | VrsError:
     """Return the values in a line that was read for PROMPT, one for each kind, or the mistake in the line. For a single
     variable the whole line is the value; several values are separated by commas or blanks. An empty field is 0."""
-    fields = [line] if len(kinds) == 1 else _BETWEEN.split(line.strip())
+    fields = [line] if len(kinds) == 1 else re.split(_BETWEEN, line.strip())
     if len(fields) > len(kinds):
         return IllegalValue(f"{len(fields)} values where {len(kinds)} are wanted")
     values: list[Value] = []
@@ -241,7 +241,7 @@ def _record(line: str, kinds: list[Kind]) -> list[Value]:
     if kinds == [Kind.STRING]:
         return [storable(line)]
     takes_rest = bool(kinds) and kinds[-1] is Kind.STRING
-    fields = _BETWEEN.split(line.strip(), maxsplit=len(kinds) - 1 if takes_rest else 0)
+    fields = re.split(_BETWEEN, line.strip(), maxsplit=len(kinds) - 1 if takes_rest else 0)
     fields += [""] * (len(kinds) - len(fields))
     values: list[Value] = []
     for field, kind in zip(fields, kinds, strict=False):
