@@ -11,8 +11,9 @@ import pytest
 from vrs_cli.engine.following import FIRST_INTERVALS, Follower, Sample, _extrapolation, seeds_of
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.joints import NONE
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import IDENTITY, position
+from vrs_cli.kinematics.transform import IDENTITY, position, translation
 from vrs_cli.trajectory.segment import CartesianPath
 
 SHORTEST = 2.0**-9  # of a stretch: nearer samples are as near as they get
@@ -116,3 +117,11 @@ def test_joints_are_expected_where_an_even_acceleration_leads(count: int) -> Non
     even = tuple(x + 0.2 * w for x, w in zip(last.joints, last.velocity, strict=True))
     ahead = _extrapolation(len(last.joints))(samples, last.s + 0.2)
     assert ahead == pytest.approx(at(last.s + 0.2)[0] if count > 1 else even)
+
+
+def test_the_singular_measure_is_that_of_the_tip_of_the_tool() -> None:
+    model = load_robot("so100")  # turns its tool as little as possible, so the place of the tip counts
+    arm, tool, q = arm_for(model), translation(0.0, 0.05, 0.2), (0.0, -1.5, 1.5, 1.5, 0.0)
+    solved, bare = (min(one.singularity(q)) for one in (arm.for_tool(tool), arm))
+    assert solved < 0.5 < bare
+    assert Follower(arm, NONE, tool)._measure(q) == solved

@@ -87,7 +87,8 @@ class Follower:
         T_robot_world: Transform = IDENTITY,
         slowest: float = inf,
     ) -> None:
-        self.arm, self.configuration, self.tool = arm.for_tool(T_flange_tool), configuration, T_flange_tool
+        self.arm = solver = arm.for_tool(T_flange_tool)
+        self.configuration, self.tool = configuration, T_flange_tool
         self.T_world_robot = inverse(T_robot_world)
         self.T_tool_flange = inverse(T_flange_tool)
         self.no_tool = T_flange_tool == IDENTITY
@@ -101,7 +102,7 @@ class Follower:
         self._path: CartesianPath | None = None  # the last path, and the function that returns its samples
         self._at: Callable[..., Sample | None]
         # the singular measure of joints; a stretch begins with the last joints of the previous stretch
-        self._measure = cache(lambda joints: min(arm.singularity(joints)))
+        self._measure = cache(lambda joints: min(solver.singularity(joints)))
 
     def samples(
         self,
