@@ -5,14 +5,16 @@ Every figure is the least of repeats in this one run, of the processor; compare 
 
 from __future__ import annotations
 
+import gc
 import random
+import tracemalloc
 from bisect import bisect_right
 from collections.abc import Callable
 from functools import partial
 from itertools import count
 from math import radians
 from statistics import fmean
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -40,6 +42,8 @@ TASKS = 40  # motions planned
 KINDS = ("from_rest", "from_motion", "from_acceleration")
 ARM = Engine(MODEL).arm
 BY_HAND = "bisect and Horner by hand"
+
+M = TypeVar("M")
 
 
 def main() -> None:
@@ -180,6 +184,21 @@ def forget_plans() -> None:
     boundary._survey.cache_clear()
     targets._remembered_joints.cache_clear()
     problem._REMEMBERED_STATES.clear()
+
+
+def traced(make: Callable[[], M]) -> tuple[int, M]:
+    """Return the bytes that Python has allocated for a value and not freed, and the value. Plans that f remembers, a
+    limited number, do not count: how many of them are new depends on what was measured before.
+    """
+    forget_plans()
+    gc.collect()
+    tracemalloc.start()
+    made = make()
+    forget_plans()
+    gc.collect()
+    used = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    return used, made
 
 
 def editing(engine: Engine) -> list[Figure]:

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import gc
 import random
-import tracemalloc
 from collections.abc import Iterator
 from time import process_time
 
-from benchmarks.engine import straight, wandering
+from benchmarks.engine import straight, traced, wandering
 from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.dialogue import Notes
 from vrs_cli.interfaces.session.session import Session
@@ -46,11 +45,7 @@ def given(order: str) -> tuple[Engine, float]:
 
 def memory() -> float:
     """What an event takes with all that UNDO needs [bytes]."""
-    tracemalloc.start()
-    engine, _ = given("at the end")
-    gc.collect()
-    taken = tracemalloc.get_traced_memory()[0]
-    tracemalloc.stop()
+    taken, (engine, _) = traced(lambda: given("at the end"))
     assert engine.timeline.event_count == EVENTS
     return taken / EVENTS
 

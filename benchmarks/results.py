@@ -25,7 +25,7 @@ from math import degrees
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from benchmarks import (
     body,
@@ -69,9 +69,6 @@ HOUR = 3600.0  # [s]
 RATE = 1000.0  # [Hz] of an export
 TIMES = 20_000  # read one by one
 GROWTH = (1_000, 10_000, 100_000)
-
-
-M = TypeVar("M")
 
 
 class Figure(NamedTuple):
@@ -168,11 +165,11 @@ def statements(_: Peers) -> Iterator[Figure]:
 def stored(_: Peers) -> Iterator[Figure]:
     """Motions in memory, and a trajectory file of them."""
     engine.wandering(100)  # what the first motions compute once
-    used, one = traced(lambda: engine.wandering(10_000))
+    used, one = engine.traced(lambda: engine.wandering(10_000))
     segments = len(one.timeline)
     yield Figure("a segment of MOVE, memory of a session", "B", used / segments, 400.0)
     program.moved(100)
-    used, session = traced(lambda: program.moved(5_000))
+    used, session = engine.traced(lambda: program.moved(5_000))
     yield Figure("- of a program that rounds its corners", "B", used / len(session.engine.timeline))
     with TemporaryDirectory() as folder:
         path = Path(folder) / "motions.vrst"
@@ -180,21 +177,6 @@ def stored(_: Peers) -> Iterator[Figure]:
         # not `least`, which freezes the collector: what was read would then be collected, unlike in a process of a user
         took = min(timeline.cpu(lambda: read_trajectory(path)) for _ in range(ROUNDS))
     yield Figure("a trajectory file read, a segment", "us", 1e6 * took / segments, 5.0)
-
-
-def traced(make: Callable[[], M]) -> tuple[int, M]:
-    """Return the bytes that Python has allocated for a value and not freed, and the value. Plans that f remembers, a
-    limited number, do not count: how many of them are new depends on what was measured before.
-    """
-    engine.forget_plans()
-    gc.collect()
-    tracemalloc.start()
-    made = make()
-    engine.forget_plans()
-    gc.collect()
-    used = tracemalloc.get_traced_memory()[0]
-    tracemalloc.stop()
-    return used, made
 
 
 def kinematics(peers: Peers) -> Iterator[Figure]:

@@ -517,7 +517,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_963  # of Python, in all
+MAX_STATEMENTS = 64_959  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -527,7 +527,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "kinematics": 6080,
     "values": 1667,
     "trajectory": 3466,
-    "engine": 5351,
+    "engine": 5347,
     "language": 7610,
     "wire": 1068,
     "files": 3399,

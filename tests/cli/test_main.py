@@ -24,23 +24,21 @@ def test_the_version(vrs: Vrs, option: str) -> None:
     assert vrs(option) == (0, f"vrs {vrs_cli.__version__}{compiled}\n", "")
 
 
+def modules_of(*arguments: str) -> list[str]:
+    """The modules that a process has loaded after this command, among the words of its output."""
+    code = f"import sys; from vrs_cli.__main__ import main; main({[*arguments]}); print(*sys.modules)"
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+
+
 def test_the_version_imports_nearly_nothing() -> None:
-    code = "import sys; from vrs_cli.__main__ import main; main(['--version']); print(*sys.modules)"
-    modules = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    modules = modules_of("--version")
     for heavy in ("numpy", "lark", "rich", "msgspec", "prompt_toolkit", "importlib.metadata", "argparse", "re"):
-        assert heavy not in modules.split()
+        assert heavy not in modules
 
 
 @pytest.mark.parametrize("subcommand", ["run", "check"])
 def test_a_short_program_loads_no_module_that_it_does_not_need(subcommand: str) -> None:
-    code = f"""
-import sys
-before = set(sys.modules)
-from vrs_cli.__main__ import main
-main(["{subcommand}", "programs/hello.v2"])
-print(*(name for name in sys.modules if name not in before))
-"""
-    modules = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    modules = modules_of(subcommand, "programs/hello.v2")
     own = ("engine.reach", "engine.steering", "language.compile.direct", "repl.piped")
     for heavy in ("numpy", "lark", "rich", *(f"vrs_cli.{name}" for name in own)):
         assert heavy not in modules

@@ -279,10 +279,12 @@ def check_segments(arm: RobotArm, segments: tuple[Segment, ...]) -> None:
 
 def check_rates(arm: RobotArm, segments: tuple[Segment, ...]) -> list[tuple[Floats, Floats]]:
     """Ranges, velocities and accelerations of segments, one after the other; the times and joints that were read."""
-    timeline, found = Timeline(segments), readings(segments)
-    joints = joints_over(arm, timeline, found[0])
-    along = np.array([arm.singularity(tuple(row)) for row in joints.tolist()]).max(axis=0) < ALONG
-    return [(times, _read(arm, timeline, times, along)) for times in found]
+    timeline = Timeline(segments)
+    read = [(times, joints_over(arm, timeline, times)) for times in readings(segments)]
+    measures = [np.array([arm.singularity(tuple(row)) for row in q.tolist()]) for _, q in read]
+    for (times, q), measured in zip(read, measures, strict=True):
+        _check_read(arm.model, times, q, measured, measures[0].max(axis=0) < ALONG)
+    return read
 
 
 def readings(segments: tuple[Segment, ...]) -> list[Floats]:
@@ -296,13 +298,13 @@ def readings(segments: tuple[Segment, ...]) -> list[Floats]:
     return times
 
 
-def _read(arm: RobotArm, timeline: Timeline, times: Floats, along: NDArray[np.bool_]) -> Floats:
-    """The joints at these times, checked. `along`: the boundaries on which the whole line lies."""
-    model, step = arm.model, times[1] - times[0]
-    q = joints_over(arm, timeline, times)
+def _check_read(model: RobotModel, times: Floats, q: Floats, measures: Floats, along: NDArray[np.bool_]) -> None:
+    """Ranges, velocities and accelerations of joints read at these times. `measures`: their singular measures; `along`:
+    the boundaries on which the whole line lies.
+    """
+    step = times[1] - times[0]
     low, high = np.array(model.lower) - PLACE, np.array(model.upper) + PLACE
     assert ((q >= low) & (q <= high)).all(), "a joint leaves its range"
-    measures = np.array([arm.singularity(tuple(row)) for row in q.tolist()])
     near = np.where(along, 1.0, measures).min(axis=1)  # along a boundary no angle is rounding
     rounding = ROUNDING if along.sum() < 2 else TWICE_ROUNDING
     noise = (rounding + ANGLE_ROUNDING / np.maximum(near, ANGLE_ROUNDING))[:, None]
@@ -312,7 +314,6 @@ def _read(arm: RobotArm, timeline: Timeline, times: Floats, along: NDArray[np.bo
     noise = np.maximum(np.maximum(noise[2:], noise[1:-1]), noise[:-2])
     sooner = (np.abs(np.diff(velocity, axis=0)) - 4.0 * noise / step) / (step * np.array(model.max_acceleration))
     assert sooner.max() <= LIMIT, f"joint {_worst(sooner)} accelerates {sooner.max():.4f} times too much, {step} s"
-    return q
 
 
 def _check_places(model: RobotModel, timeline: Timeline, times: Floats, q: Floats) -> None:

@@ -109,8 +109,8 @@ class _Search:
     def __init__(
         self, arm: RobotArm, hand: Hand, T_tool_flange: Transform, path: CartesianPath, lasting: float
     ) -> None:
-        self.arm, self.edges, self.no_tool = arm, arm.boundary.sizes, T_tool_flange == IDENTITY
-        self.path, self.states, self.lasting, self.T_tool_flange = path, path.states(), lasting, T_tool_flange
+        self.arm, self.T_tool_flange, self.edges = arm, T_tool_flange, arm.boundary.sizes
+        self.path, self.states, self.lasting = path, path.states(), lasting
         self.pace = pace_of(path, lasting, hand, T_tool_flange)
         self.touches: list[Touch] = []
         self.seen: list[tuple[float, Clearance]] = []
@@ -145,9 +145,7 @@ class _Search:
         return PathSurvey(endless=begin)
 
     def look(self, s: float) -> Clearance:
-        pose, _ = self.states(s)
-        flange = pose if self.no_tool else compose(pose, self.T_tool_flange)
-        return self.arm.clearance(flange, self.path.configuration)
+        return self.arm.clearance(compose(self.states(s)[0], self.T_tool_flange), self.path.configuration)
 
     def is_beyond(self, seen: Clearance) -> bool:
         shoulder, outer, inner, wrist = self.edges
@@ -241,8 +239,6 @@ def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, f
 
 def _greatest_rates(a: Polynomial, lasting: float) -> tuple[float, float]:
     """Return the maxima of |dp/dt| and |d2p/dt2| from 0 to `lasting`."""
-    if len(a) == 3:  # parabolas are by far the most frequent case
-        return max(abs(a[1]), abs(a[1] + 2.0 * a[2] * lasting)), abs(2.0 * a[2])
     rate = derivative(a)
     return most(rate, lasting), most(derivative(rate), lasting)
 

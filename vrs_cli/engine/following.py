@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from itertools import accumulate, pairwise
 from math import ceil, inf
-from operator import sub
 from typing import NamedTuple
 
 from vrs_cli.engine.problem import joint_velocity, joints_on, state_on
@@ -25,7 +24,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.compiled import comma_list, compile_function
-from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Configuration, Joints, joints_outside
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Configuration, Joints, joints_outside, largest_change
 from vrs_cli.kinematics.model import ArmTask
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.trajectory.polynomial import bisect_interval
@@ -480,7 +479,7 @@ def seeds_of(samples: list[Sample], widest: float, step: float) -> tuple[Joints,
     """
     if widest < step:
         return samples[0].joints, samples[-1].joints
-    ways = [max(map(abs, map(sub, b.joints, a.joints))) for a, b in pairwise(samples)]
+    ways = [largest_change(a.joints, b.joints) for a, b in pairwise(samples)]
     travelled = list(accumulate(ways, initial=0.0))
     # shortest time in which a joint moves by MAX_SEED_STEP: seeds are also this close, since joints may be fast briefly
     shortest, behind = (samples[-1].s, 0)

@@ -134,7 +134,7 @@ def put_inside(q: Joints, lower: Joints, upper: Joints) -> Joints:
 
 def largest_change(a: Joints, b: Joints) -> float:
     """Return the largest change of a joint from a to b [rad, m]."""
-    return max(abs(y - x) for x, y in zip(a, b, strict=True))
+    return max([abs(y - x) for x, y in zip(a, b, strict=True)])
 
 
 # --- rates ---------------------------------------------------------------------------------------------------------
@@ -288,11 +288,7 @@ class Configuration(ArmWords, frozen=True, kw_only=True):
         """Return whether the configuration has all words in `asked`. Words of `asked` for a choice that the robot does
         not have are ignored.
         """
-        return (
-            (asked.arm is None or self.arm in (None, asked.arm))
-            and (asked.elbow is None or self.elbow in (None, asked.elbow))
-            and (asked.wrist is None or self.wrist in (None, asked.wrist))
-        )
+        return all(word is None or mine in (None, word) for mine, word in zip(self.flags, asked.flags, strict=True))
 
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:
         """Return the words of this configuration that none of the configurations `others` has."""

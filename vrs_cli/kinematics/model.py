@@ -227,7 +227,7 @@ class ArmTask(Enum):
     @property
     def turns(self) -> bool:
         """Return whether any rotation counts."""
-        return "1" in _PARTS[self][3:]
+        return any(self.counts[3:])
 
     @property
     def size(self) -> int:

@@ -18,7 +18,7 @@ def value(a: Polynomial, t: float) -> float:
     if len(a) == 4:
         return a[0] + t * (a[1] + t * (a[2] + t * a[3]))
     if len(a) == 2:
-        return (0.0 * t + a[1]) * t + a[0]
+        return (0.0 * t + a[1]) * t + a[0]  # with the same sign of a zero as the loop below
     result = 0.0
     for coefficient in reversed(a):
         result = result * t + coefficient

@@ -267,11 +267,7 @@ class Actor:
     def _ready(self) -> Ticket[Any] | None:
         """Return the next request to begin; None if there is none. Users who have not received their replies, and users
         for whom another thread works, must wait."""
-        return (
-            self._waiting.next({ticket.by for ticket in self._working if ticket.by is not None} | self._behind)
-            if self._waiting.count
-            else None
-        )
+        return self._waiting.next({ticket.by for ticket in self._working if ticket.by is not None} | self._behind)
 
     def _line_runs(self) -> bool:
         """Return whether a prompt line is moving the arm, so that other requests must wait."""

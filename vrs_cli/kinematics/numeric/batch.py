@@ -459,8 +459,10 @@ class Continuation:
         # The derivative of the flange's position by several joints is at most the lever of the last of them. So to
         # bound the position, sums over the joints up to each joint k are multiplied by lever k - lever k+1
         self.place_levers = self.levers - np.append(self.levers[1:], 0.0)
-        # The same factors for the columns of the Jacobian. The upper half of a column is a derivative of the position.
-        # The lower half is an axis, which turns with the joints before it; in the axes of the flange, with those after
+        # Such factors bound the columns of the Jacobian too. The upper half of column j is a derivative of the
+        # position. The lower half is the axis of joint j. In the base frame the axis turns with the joints before j,
+        # whose sum stands at j-1. In the frame of the flange it turns with the joints after j; the sum of all joints
+        # bounds theirs
         upper = np.where(np.tri(n), self.place_levers[:, None], 0.0)
         before = np.eye(n, k=1) if batch.counting.all() else np.arange(n)[:, None] == n - 1
         self.bend_levers = np.hstack((upper, np.where(self.turns, before, 0.0)))

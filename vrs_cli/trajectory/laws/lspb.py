@@ -47,7 +47,6 @@ LONGER_BLEND = 1.2
 FIRST_STEPS = 2
 MAX_BLEND_S = 1e6  # [s] maximum time of a blend
 
-
 _new = tuple.__new__
 
 
