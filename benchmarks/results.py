@@ -42,6 +42,7 @@ from benchmarks import (
     startup,
     steering,
     timeline,
+    viewers,
     world,
 )
 from benchmarks import contacts as first_contacts
@@ -123,11 +124,14 @@ def starting(_: Peers) -> Iterator[Figure]:
     )
 
 
-def motion(_: Peers) -> Iterator[Figure]:
-    """Ten minutes of pick and place, and its exports."""
+def motion(peers: Peers) -> Iterator[Figure]:
+    """Ten minutes of pick and place, also by compiled modules, and its exports."""
     for what, text, wanted in (("every place new", program.NEW, 700.0), ("cyclic", program.PROGRAM, 2600.0)):
         took, robot, _count = min(program.run_once(text) for _ in range(ROUNDS))
         yield Figure(f"ten minutes of pick and place, {what}", "s per s", robot / took, wanted, "", True)
+        compiled = peers.figures("compiled_vrs", {"program": text, "rounds": ROUNDS}).values
+        for rate in compiled.values():
+            yield Figure(f"- {what}, with compiled modules", "s per s", rate, wanted, "", True)
     session = Session(program.Silent())
     session.load_text(program.NEW.replace("TIME() < 600", "TIME() < 100"))
     session.execute("work")
@@ -290,6 +294,16 @@ def measured_robot(_: Peers) -> Iterator[Figure]:
     yield Figure("steering over gamma 200 +- 80 ms, jerk", "deg/s3 rms", rms["stamped"], 0.0, beside_it)
 
 
+def watched(_: Peers) -> Iterator[Figure]:
+    """A thousand viewers that keep up, in processes of their own."""
+    if sys.platform != "linux":
+        return
+    found, who = viewers.samples(viewers.VIEWERS), f"{viewers.VIEWERS:,} viewers at {viewers.RATE:.0f} Hz"
+    bare = f"websockets {1e6 * found.bare:.3g} us"
+    yield Figure(f"{who}, CPU of the server for a sample", "us", 1e6 * found.sample, 1.3 * 1e6 * found.bare, bare)
+    yield Figure("- samples that came, for those due", "%", 100.0 * found.came, 95.0, "", True)
+
+
 def long_ones(_: Peers) -> Iterator[Figure]:
     for count, wanted in ((100_000, 0.0), (1_000_000, 2.0)):
         arm, course = timeline.tiled(count)
@@ -347,7 +361,7 @@ KINDS: dict[str, tuple[Callable[[int], float], tuple[int, ...]]] = {
 
 PARTS = (
     *(starting, statements, motion, kinematics, reading, stored, planning),
-    *(steered, dated, contacts, parts, measured_robot, long_ones),
+    *(steered, dated, contacts, parts, measured_robot, watched, long_ones),
 )
 
 

@@ -1,12 +1,14 @@
 """The tools that a user would pick instead, each measured in an environment of its own, in the same run as we are.
 
-An environment is made in `.peers/` when it is first needed. A peer that cannot be installed is named and left out.
-`python -m benchmarks.peers.<name>` is what runs inside it: it reads its work as JSON and prints its figures as JSON.
+An environment is made in `.peers/` when it is first needed, and made again after a change of a package that lies in a
+folder. A peer that cannot be installed is named and left out. The module `benchmarks.peers.<name>` runs inside it: it
+reads its work as JSON and prints its figures as JSON.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -18,6 +20,10 @@ ROOT = Path(__file__).resolve().parents[2]
 ENVIRONMENTS = ROOT / ".peers"
 INSTALLING = 900  # [s] at most
 WORKING = 300  # [s] at most
+# installed packages come before those of our folder, of which only `benchmarks` is wanted
+RUN = (
+    "import runpy, sys; sys.path[0] = ''; sys.path.append(sys.argv[1]); runpy.run_module(sys.argv[2], None, '__main__')"
+)
 
 
 @dataclass(frozen=True)
@@ -46,6 +52,7 @@ PEERS = {
         Peer("ruckig_peer", "Ruckig", ("ruckig",)),
         Peer("toppra_peer", "TOPP-RA", ("toppra", "numpy")),
         Peer("scipy_peer", "scipy PPoly", ("scipy", "numpy")),
+        Peer("compiled_vrs", "vrs with compiled modules", (str(ROOT),)),
     )
 }
 
@@ -77,10 +84,16 @@ def beside(kind: str, *figures: Figures) -> dict[str, float]:
 def measure(name: str, work: dict[str, Any]) -> dict[str, float]:
     """What a peer needs for this work [us]. Raises PeerMissing."""
     python = environment(name)
-    command = [str(python), "-m", f"benchmarks.peers.{name}"]
+    command = [str(python), "-c", RUN, str(ROOT), f"benchmarks.peers.{name}"]
     try:
         done = subprocess.run(
-            command, cwd=ROOT, input=json.dumps(work), text=True, capture_output=True, timeout=WORKING, check=True
+            command,
+            cwd=ENVIRONMENTS,
+            input=json.dumps(work),
+            text=True,
+            capture_output=True,
+            timeout=WORKING,
+            check=True,
         )
         figures: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
     except subprocess.CalledProcessError as error:
@@ -96,7 +109,7 @@ def environment(name: str) -> Path:
     peer, folder = PEERS[name], ENVIRONMENTS / name
     python = folder / "bin" / "python"
     ready = folder / "ready"
-    if ready.is_file():
+    if ready.is_file() and ready.stat().st_mtime >= max(map(_changed, peer.packages)):
         return python
     print(f"installing {peer.title} (once) ...", file=sys.stderr, flush=True)
     try:
@@ -111,7 +124,14 @@ def environment(name: str) -> Path:
 
 
 def _quietly(command: list[str]) -> None:
-    subprocess.run(command, capture_output=True, text=True, timeout=INSTALLING, check=True)
+    environment = {**os.environ, "VRS_COMPILED": "1"}  # of which only the build of vrs takes notice
+    subprocess.run(command, capture_output=True, text=True, timeout=INSTALLING, check=True, env=environment)
+
+
+def _changed(package: str) -> float:
+    """Return when a package in a folder was last changed, by the clock of its files; 0 for a name."""
+    files = (*Path(package).glob("vrs_cli/**/*.py"), Path(package, "pyproject.toml"))
+    return max((file.stat().st_mtime for file in files if file.is_file()), default=0.0)
 
 
 def _last_line(text: str) -> str:
