@@ -75,7 +75,7 @@ def solids_beside() -> list[tuple[Solid, WorldSolid]]:
     return [*found, rod]
 
 
-@pytest.mark.parametrize(("first", "second"), combinations_with_replacement(range(5), 2))
+@pytest.mark.parametrize(("first", "second"), list(combinations_with_replacement(range(5), 2)))
 def test_distances_are_those_of_another_method(first: int, second: int) -> None:
     """MuJoCo's own way to compare two boxes misses them where they have margins, or is millimetres off."""
     rng, model, solids = Random(7), load_robot("puma560"), solids_beside()
