@@ -125,6 +125,20 @@ DEFERRED = (
     Deferred(("hatch_build.py",), ("mypyc", "setuptools"), "as above"),
     Deferred(("cli/grade.py",), ("tempfile",), "as above"),
     Deferred(("cli/system_limits.py", "kinematics/urdf/tree.py", "teach/many.py"), ("resource",), "Windows has none"),
+    Deferred(
+        ("cli", "files/opening.py", "files/program_file.py", "interfaces", "kinematics/robot_file.py"),
+        ("pathlib",),
+        "it takes 4 % of a short run, which names no other files",
+    ),
+    Deferred(
+        ("interfaces/tasks/devices.py",), ("vrs_cli.devices.device", "vrs_cli.files.disk"), "few programs use units"
+    ),
+    Deferred(
+        ("devices/outside.py",),
+        ("vrs_cli.devices.arrivals", "vrs_cli.engine.clock"),
+        "types of arguments of subclasses",
+    ),
+    Deferred(("contacts/watch.py",), ("vrs_cli.extras",), "only messages need it"),
     Deferred(("cli/kinds.py",), ("ipaddress", "datetime"), "few runs have a network or make tokens"),
     Deferred(("language/run/environment.py",), ("vrs_cli.language.compile.direct",), "few programs CALL others"),
     Deferred(
@@ -207,7 +221,7 @@ DEFERRED = (
         "as above",
     ),
     Deferred(("files/rebuild.py",), ("vrs_cli.engine.breaches",), "it brings numpy"),
-    Deferred(("files/program_file.py",), ("concurrent.futures",), "most commands keep nothing"),
+    Deferred(("files/recovery.py",), ("concurrent.futures",), "most commands keep nothing"),
     Deferred(
         ("engine/engine.py", "interfaces/station"),
         ("vrs_cli.trajectory.measured", "vrs_cli.interfaces.station.body", "vrs_cli.twin.divergence"),
@@ -517,40 +531,40 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 64_959  # of Python, in all
+MAX_STATEMENTS = 65_039  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
-    "extras": 69,
+    "extras": 70,
     "page": 133,
     "hatch_build": 76,
-    "kinematics": 6080,
+    "kinematics": 6084,
     "values": 1667,
     "trajectory": 3466,
     "engine": 5347,
     "language": 7610,
     "wire": 1068,
-    "files": 3399,
+    "files": 3425,
     "world": 1235,
-    "devices": 945,
+    "devices": 962,
     "convert": 1065,
     "contacts": 992,
     "twin": 669,
-    "interfaces": 7687,
+    "interfaces": 7713,
     "net": 6861,
     "bodies": 974,
     "render": 2052,
-    "repl": 2210,
+    "repl": 2211,
     "api": 1369,
     "lab": 1008,
     "highlight": 35,
     "lsp": 833,
     "teach": 4242,
-    "cli": 3566,
+    "cli": 3571,
     "__main__": 39,
     "__init__": 13,
 }
-MAX_FILES = 320  # with content
+MAX_FILES = 323  # with content
 MAX_DEPTH = 26  # modules in a chain of imports
 MAX_TYPESCRIPT_LINES = {"src": 7_641, "test": 2_000}  # of the page
 MAX_BEHIND_PROTOCOL = 51  # modules that `import vrs_cli.net.protocol` loads

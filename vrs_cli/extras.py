@@ -9,16 +9,16 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from importlib.util import find_spec, source_hash
-from pathlib import Path
 from typing import TypeVar
 
 from vrs_cli.version import __version__
 
 V = TypeVar("V")
+PACKAGE = os.path.dirname(os.path.realpath(__file__))
 
 # packages of the extra `mesh`: for textures, for DAE files, for all mesh files
 MESH_PACKAGES = "pillow pycollada trimesh"
-BUILT_PAGE = Path(__file__).resolve().parent / "page" / "built"
+BUILT_PAGE = os.path.join(PACKAGE, "page", "built")
 
 
 def how_to_install(package: str) -> str:
@@ -28,23 +28,22 @@ def how_to_install(package: str) -> str:
     return f"{pip} {package}"
 
 
-def shipped_folder(name: str) -> Path:
+def shipped_folder(name: str) -> str:
     """Return the folder `grammar` or `programs` that comes with vrs: in the installed package, else in the checkout."""
-    package = Path(__file__).resolve().parent
-    inside = package / name
-    return inside if inside.is_dir() else package.parent / name
+    inside = os.path.join(PACKAGE, name)
+    return inside if os.path.isdir(inside) else os.path.join(os.path.dirname(PACKAGE), name)
 
 
-def built_page() -> Path | None:
+def built_page() -> str | None:
     """Return the folder of the built page for the browser (`index.html`, `assets/`, ...); None if it is not built."""
-    return BUILT_PAGE if (BUILT_PAGE / "index.html").is_file() else None
+    return BUILT_PAGE if os.path.isfile(os.path.join(BUILT_PAGE, "index.html")) else None
 
 
 def how_to_build_page() -> str:
     """Return the command that builds the page: in this checkout, or by a new installation from the same source."""
-    builder = BUILT_PAGE.parent / "hatch_build.py"
-    if builder.is_file():
-        return f"{_quote(sys.executable)} {_quote(str(builder))}"
+    builder = os.path.join(os.path.dirname(BUILT_PAGE), "hatch_build.py")
+    if os.path.isfile(builder):
+        return f"{_quote(sys.executable)} {_quote(builder)}"
     return how_to_install(f"--force-reinstall --no-deps --no-cache-dir {_quote(_origin())}")
 
 
@@ -79,7 +78,10 @@ def cached(name: str, source: str, make: Callable[[], V]) -> V:
     """
     key, file = (__version__, source), _cache_file(name)
     with suppress(OSError, EOFError, ValueError, TypeError):
-        data = b"" if file is None else file.read_bytes()
+        data = b""
+        if file is not None:
+            with open(file, "rb") as stream:
+                data = stream.read()
         if source_hash(data[HASH_BYTES:]) == data[:HASH_BYTES]:
             found, kept = marshal.loads(data[HASH_BYTES:])
             if found == key:
@@ -88,17 +90,16 @@ def cached(name: str, source: str, make: Callable[[], V]) -> V:
     result = make()
     if file is not None and result is not None:
         data = marshal.dumps((key, result))  # type: ignore[arg-type]  # the caller gives plain data
-        new = file.with_suffix(f".{os.getpid()}")
+        new = f"{os.path.splitext(file)[0]}.{os.getpid()}"
         with suppress(OSError):  # atomic: write the whole file or leave the old one
-            file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            new.write_bytes(source_hash(data) + data)
+            os.makedirs(os.path.dirname(file), mode=0o700, exist_ok=True)
+            with open(new, "wb") as stream:
+                stream.write(source_hash(data) + data)
             os.replace(new, file)
     return result
 
 
-def _cache_file(name: str) -> Path | None:
+def _cache_file(name: str) -> str | None:
     """Return the path of a file in the cache folder; None for a user without a home folder."""
-    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
-    with suppress(RuntimeError):
-        return (Path(base) if base else Path.home() / ".cache") / "vrs" / name
-    return None
+    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or os.path.expanduser("~/.cache")
+    return None if base.startswith("~") else os.path.join(base, "vrs", name)

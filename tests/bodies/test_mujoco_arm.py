@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import cos, radians, sin
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -34,7 +35,7 @@ from vrs_cli.values.measured import BodyMode, Report
 
 PUMA = load_robot("puma560")
 PLACE: Joints = (0.2, -1.2, 1.0, 0.2, 0.5, 0.1)
-MEASURED = sorted(path.stem for path in (ROBOTS / "masses").glob("*.toml"))
+MEASURED = sorted(path.stem for path in Path(ROBOTS, "masses").glob("*.toml"))
 EXACT = ArmSettings(noise=0.0, resolution=1e-9)
 
 

@@ -39,8 +39,11 @@ def test_the_version_imports_nearly_nothing() -> None:
 @pytest.mark.parametrize("subcommand", ["run", "check"])
 def test_a_short_program_loads_no_module_that_it_does_not_need(subcommand: str) -> None:
     modules = modules_of(subcommand, "programs/hello.v2")
-    own = ("engine.reach", "engine.steering", "language.compile.direct", "repl.piped")
-    for heavy in ("numpy", "lark", "rich", *(f"vrs_cli.{name}" for name in own)):
+    own = (
+        *("devices.device", "engine.reach", "engine.steering", "files.atomic", "files.disk"),
+        *("language.compile.direct", "repl.piped"),
+    )
+    for heavy in ("numpy", "lark", "rich", "pathlib", *(f"vrs_cli.{name}" for name in own)):
         assert heavy not in modules
 
 

@@ -113,7 +113,7 @@ def test_base_and_tip_of_a_urdf_file(vrs: Vrs, tmp_path: Path) -> None:
 
 
 def test_the_task_of_a_toml_file_that_names_none_is_told(vrs: Vrs, tmp_path: Path) -> None:
-    own = (ROBOTS / "so100.toml").read_text()
+    own = Path(ROBOTS, "so100.toml").read_text()
     (tmp_path / "named.toml").write_text(own)
     (tmp_path / "unnamed.toml").write_text(own.replace('task = "steady"\n', ""))
     assert vrs("robots", "named.toml").err == ""

@@ -10,7 +10,7 @@ from threading import Thread
 
 from tests.interfaces.programs import load
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.devices.device import Outside
+from vrs_cli.devices.outside import Outside
 from vrs_cli.devices.sockets import Sockets
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.interfaces.session.session import Session

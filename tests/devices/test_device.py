@@ -6,19 +6,9 @@ import random
 
 import pytest
 
-from vrs_cli.devices.device import (
-    CONFIRM_BYTES,
-    FULL,
-    MAX_LINE_BYTES,
-    YET,
-    Address,
-    Arrival,
-    Device,
-    DeviceEvent,
-    Outside,
-    Waits,
-    read_address,
-)
+from vrs_cli.devices.arrivals import MAX_LINE_BYTES, Address, Arrival, DeviceEvent, read_address
+from vrs_cli.devices.device import CONFIRM_BYTES, FULL, Device
+from vrs_cli.devices.outside import YET, Outside, Waits
 from vrs_cli.errors import DeviceNotReady, FileNotOpened, FileOpened, IllegalValue, NetworkClosed, NoDataReceived
 from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 

@@ -10,7 +10,7 @@ import pytest
 from tests.devices.peers import PEER_TIMEOUT_S, Door, client, run
 from tests.interfaces.programs import load
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.devices.device import Arrival, DeviceEvent
+from vrs_cli.devices.arrivals import Arrival, DeviceEvent
 from vrs_cli.devices.script import DeviceRecording, Script, UnitLine, line_of, parse_script, read_script
 from vrs_cli.devices.sockets import Sockets
 from vrs_cli.engine.clock import VirtualClock

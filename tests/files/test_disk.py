@@ -409,7 +409,7 @@ def test_a_working_folder_is_as_a_copy_without_links(acts: list[tuple[Access | s
         assert all(before.get(f"cell/{name}") == wanted[name] for name in wanted.keys() - written.keys())
         with working_folder(folder) as working:
             assert done(Disk(working), acts) == expected
-        assert not working.root.exists()
+        assert not working.at.exists()
         assert contents(Path(place)) == before
 
 

@@ -83,8 +83,8 @@ def test_a_folder_that_cannot_be_read_suggests_nothing(tmp_path: Path, monkeypat
     def refused(_path: object) -> list[str]:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(os, "listdir", refused)
     session = Session(RecordingTerminal())
+    monkeypatch.setattr(os, "listdir", refused)
     for line in ("LOAD {}", "FDELETE {}", "COMMANDS {}", "FLIST {}"):
         with pytest.raises(VrsError, match="Nonexistent file"):
             session.perform(line.format(tmp_path / "pikc.v2"))

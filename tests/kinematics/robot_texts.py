@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from random import Random
 
 from vrs_cli.kinematics.robot_file import ROBOTS
 
-FILES = sorted(ROBOTS.glob("*.toml"))
+FILES = sorted(Path(ROBOTS).glob("*.toml"))
 DEEP = 3000  # brackets
 VALUES = (
     *("1e400", "-1e400", "nan", "inf", "-inf", "1e308", "1e9", "-1e9", "1e-320", "-0.0", "0", "1", "1" + "0" * 400),

@@ -16,7 +16,7 @@ from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 
 PUMA = load_robot("puma560")
-TEXT = (ROBOTS / "puma560.toml").read_text(encoding="utf-8")
+TEXT = Path(ROBOTS, "puma560.toml").read_text(encoding="utf-8")
 
 
 def test_nest_is_folded_and_keeps_the_configuration_of_ready() -> None:
@@ -52,7 +52,7 @@ def test_links_without_a_closed_form_are_an_arm_all_the_same(tmp_path: Path) -> 
     assert arm_for(load_robot(path)).method == "damped least squares within the limits"
 
 
-@pytest.mark.parametrize("name", sorted(path.stem for path in ROBOTS.glob("*.toml")))
+@pytest.mark.parametrize("name", sorted(path.stem for path in Path(ROBOTS).glob("*.toml")))
 def test_how_far_from_singular_is_a_part_of_the_most(name: str) -> None:
     arm, random = arm_for(load_robot(name)), Random(4)
     for _ in range(20):

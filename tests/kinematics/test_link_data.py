@@ -44,7 +44,7 @@ shapes = [
   { link = 2, kind = "box", size = [1, 1, 1], opens = [{ slide = [5, 0, 0] }, { turn = [0, -90, 0] }] },
 ]
 """
-PLANAR = (ROBOTS / "planar2.toml").read_text(encoding="utf-8")
+PLANAR = Path(ROBOTS, "planar2.toml").read_text(encoding="utf-8")
 
 
 def with_shapes(folder: Path, shapes: str) -> Path:
@@ -151,7 +151,7 @@ def test_colours() -> None:
 
 
 def test_a_rod_reaches_its_sleeve_however_far_it_slides(tmp_path: Path) -> None:
-    text = (ROBOTS / "cobra600.toml").read_text(encoding="utf-8").replace("a = 325", "a = 330")
+    text = Path(ROBOTS, "cobra600.toml").read_text(encoding="utf-8").replace("a = 325", "a = 330")
     path = tmp_path / "arm.toml"
     path.write_text(text.replace("lower = 0.0", "lower = -90.0"), encoding="utf-8")
     (rod,) = [shape.body for shape in shapes_of(load_robot(path)) if shape.link == 3 and shape.colour == "steel"]
@@ -161,7 +161,7 @@ def test_a_rod_reaches_its_sleeve_however_far_it_slides(tmp_path: Path) -> None:
 
 
 def test_an_arm_that_reaches_below_its_foot_stands_on_a_pedestal(tmp_path: Path) -> None:
-    text = (ROBOTS / "puma560.toml").read_text(encoding="utf-8").replace("a = 431.8", "a = 440")
+    text = Path(ROBOTS, "puma560.toml").read_text(encoding="utf-8").replace("a = 431.8", "a = 440")
     (tmp_path / "arm.toml").write_text(text, encoding="utf-8")
     foot = [shape.body for shape in shapes_of(load_robot(tmp_path / "arm.toml")) if shape.link == 0]
     assert min(body.start[2] for body in foot if isinstance(body, Cylinder)) < -0.5

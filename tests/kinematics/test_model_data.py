@@ -16,7 +16,7 @@ from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.transform import compose, rotation_z, translation
 
 PUMA = load_robot("puma560")
-TEXT = (ROBOTS / "puma560.toml").read_text(encoding="utf-8")
+TEXT = Path(ROBOTS, "puma560.toml").read_text(encoding="utf-8")
 
 
 def test_plain_data_gives_every_bit_back() -> None:

@@ -21,7 +21,7 @@ MESSAGE = 1000  # characters
 def test_the_puma_is_built_in() -> None:
     assert "puma560" in robot_names()
     assert load_robot("PUMA560") is PUMA
-    assert load_robot(ROBOTS / "puma560.toml") == PUMA
+    assert load_robot(Path(ROBOTS, "puma560.toml")) == PUMA
     assert PUMA.joint_count == 6
     assert PUMA.links[1] == Link(0.4318, 0.14909, 0.0)
     assert [round(degrees(a)) for a in PUMA.lower] == [-160, -225, -45, -110, -100, -266]

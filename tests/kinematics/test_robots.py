@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from math import degrees
+from pathlib import Path
 from random import Random
 
 import numpy as np
@@ -69,7 +70,7 @@ def test_the_kinds_that_laws_are_tried_on_are_all_that_there_are() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_file_says_where_its_figures_come_from(name: str) -> None:
-    text = (ROBOTS / f"{name}.toml").read_text(encoding="utf-8")
+    text = Path(ROBOTS, f"{name}.toml").read_text(encoding="utf-8")
     assert tomllib.loads(text)["name"] == name
     comments = " ".join(line for line in text.splitlines() if line.startswith("#"))
     assert "ours" in comments.lower()

@@ -230,7 +230,7 @@ def test_a_jump_of_the_wall_clock_moves_nothing(tmp_path: Path, monkeypatch: pyt
 
 ON_THE_WALL = {
     "cli/serve.py": "the audit says when",
-    "files/program_file.py": "how old a file is",
+    "files/recovery.py": "how old a file is",
     "net/server.py": "tokens end at a time of the calendar",
     "net/local_server.py": "the audit of its own server",
 }

@@ -48,12 +48,13 @@ FLAGS = (
     "--disable-extensions",
 )
 REQUIRED = "VRS_PAGE_REQUIRED"  # where this is set, nothing that these tests need may be missing
-AXE = BUILT_PAGE.parent / "node_modules" / "axe-core" / "axe.min.js"
+PAGE = Path(BUILT_PAGE).parent
+AXE = PAGE / "node_modules" / "axe-core" / "axe.min.js"
 AXE_FAULTS = """within => axe.run(within || document, {
     runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'wcag22aa', 'best-practice'],
 }).then((found) => found.violations.map(({ id, nodes }) =>
         `${id}: ${nodes.slice(0, 4).map((n) => n.target + ' ' + n.any.map((a) => a.message))}`))"""
-BUILDER = BUILT_PAGE.parent / "hatch_build.py"
+BUILDER = PAGE / "hatch_build.py"
 
 Picture = NDArray[np.uint8]  # (height, width, 3)
 
@@ -87,7 +88,7 @@ def page_folder() -> Path:
     if folder is None:
         leave_out("the page is not built, and its sources are not here")
     assert folder is not None
-    return folder
+    return Path(folder)
 
 
 def alone() -> FileLock:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.devices.device import Outside
+from vrs_cli.devices.outside import Outside
 from vrs_cli.devices.script import read_script
 from vrs_cli.engine.position import position_at
 from vrs_cli.files.opening import Folder

@@ -134,7 +134,7 @@ class Line:
     def _take(self, sent: messages.ClientMessage) -> None:
         message = self._carried(sent, self._from_client)
         if isinstance(message, messages.Get):
-            data = (self.session.folder.root / message.name).read_bytes()
+            data = (self.session.folder.at / message.name).read_bytes()
             self._tell(messages.Fetched(message.id, message.name, data))
         else:
             self.user.take(message, self._tell)

@@ -8,7 +8,7 @@ from random import Random
 import pytest
 
 from tests.interfaces.monitor.people import Person
-from vrs_cli.files.program_file import left_files, recovery_files
+from vrs_cli.files.recovery import left_files, recovery_files
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import at_once
 from vrs_cli.interfaces.editor.buffer import ProgramBuffer

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from tests.teach.runs import PICK, evidence
@@ -34,6 +36,6 @@ def test_a_wrong_submission_fails_what_it_says(pick: Exercise) -> None:
 def test_one_line_tells_that_contacts_cannot_be_checked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vrs_cli.teach.kinds.find_spec", lambda _name: None)
     with pytest.raises(FileDamaged) as raised:
-        read_exercise(shipped_folder("programs") / "exercises" / "pick")
+        read_exercise(Path(shipped_folder("programs"), "exercises", "pick"))
     assert raised.value.detail.count("\n") == 0
     assert "checks of contacts need mujoco-core (" in raised.value.detail

@@ -254,7 +254,7 @@ def test_every_inertia_is_that_of_a_body() -> None:
     assert np.array_equal(realizable_inertia(good), good)
 
 
-@pytest.mark.parametrize("name", sorted(path.stem for path in (ROBOTS / "masses").glob("*.toml")))
+@pytest.mark.parametrize("name", sorted(path.stem for path in Path(ROBOTS, "masses").glob("*.toml")))
 def test_robots_with_masses_have_bodies_for_links(name: str) -> None:
     model = load_robot(name)
     found = inertial_model(model)

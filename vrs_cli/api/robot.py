@@ -39,7 +39,7 @@ from vrs_cli.files.atomic import atomically
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.files.exports import EXPORTERS
 from vrs_cli.files.journal import bookmark_of
-from vrs_cli.files.opening import Folder
+from vrs_cli.files.opening import Folder, parent_of
 from vrs_cli.files.program_file import cell_of_program, find_program_file, read_program_file
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.dialogue import Answers, no_answer
@@ -574,18 +574,18 @@ class Robot:
         """
         conditions = conditions_of(limits, folder, self._cell_of(file) if cell is None else cell, signals)
         names = self._under(conditions).load(file)
-        self._folders.put(names, find_program_file(Path(file)).parent)
+        self._folders.put(names, Path(find_program_file(file)).parent)
         if program is None and not names:
             raise NotPossible(f"{file} holds no program", "a program begins with .PROGRAM name")
         return self._execute(program or names[0], cycles, answers, check, conditions)
 
     def _cell_of(self, file: str | Path) -> Path | None:
         """Return the cell that a program file names, if the robot is in this process and has no cell."""
-        port, path = self._robot.port, find_program_file(Path(file))
+        port, path = self._robot.port, find_program_file(file)
         if not isinstance(port, LocalPort) or port.session.driver.cell is not NO_CELL:
             return None
-        found = cell_of_program(read_program_file(path), path, Folder(path.parent))
-        return None if found is None else found[0]
+        found = cell_of_program(read_program_file(path), path, Folder(parent_of(path)))
+        return None if found is None else Path(found[0])
 
     def execute(
         self,

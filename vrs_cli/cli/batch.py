@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from math import inf
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -207,21 +206,18 @@ class Batch(Struct, frozen=True):
     def _folder(self) -> Iterator[opening.Folder]:
         """Yield the folder in which programs read and write files: the folder of the program file, the sandbox, or a
         working folder of this run."""
-        from vrs_cli.files.disk import working_folder
-
         options, given = self.options, self.options.file == commands.STANDARD_STREAM
         # the current folder for a sample program, whose name has no folder
-        beside, box = Path(options.file).parent, options.sandbox
+        beside, box = opening.parent_of(options.file), options.sandbox
         if not options.apart:
-            yield opening.Folder(beside) if box is None else opening.Folder(Path(box), closed=True)
+            yield opening.Folder(beside) if box is None else opening.Folder(box, closed=True)
             return
-        name = (
-            Path("standard input")
-            if given
-            else Path(os.path.relpath(beside / Path(self.source.path).name, options.common))
-        )
-        source, kept = (beside, options.keep) if box is None else (Path(box), options.keep or box)
-        with working_folder(source, None if kept is None else Path(kept, name), below=box is None) as folder:
+        from vrs_cli.files.disk import working_folder
+
+        own = os.path.join(beside, os.path.basename(self.source.path))
+        name = "standard input" if given else os.path.relpath(own, options.common)
+        source, kept = (beside, options.keep) if box is None else (box, options.keep or box)
+        with working_folder(source, None if kept is None else os.path.join(kept, name), below=box is None) as folder:
             yield folder
 
     def _station(self, terminal: BatchTerminal, folder: opening.Folder) -> Station:
@@ -381,7 +377,7 @@ def _with_files_beside(source: Source, found: Iterable[Diagnostic]) -> Iterator[
     beside: Mapping[str, str] | None = None
     for one in found:
         if source.is_file and one.code == UndefinedName.code:
-            beside = program_file.programs_beside(Path(source.path)) if beside is None else beside
+            beside = program_file.programs_beside(source.path) if beside is None else beside
             key = key_of(one.detail.split(" ")[0])
             if key in beside:
                 file = beside[key]

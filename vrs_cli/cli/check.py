@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache, partial
 from io import StringIO
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, structs
@@ -235,7 +234,7 @@ def _find(
     if source.is_file and any(one.code == UndefinedName.code for one in everything):
         from vrs_cli.files.program_file import programs_beside
 
-        near = structs.replace(beside, elsewhere=programs_beside(Path(source.path)))
+        near = structs.replace(beside, elsewhere=programs_beside(source.path))
         everything = inspector.inspect(parts, near)
     return tuple(
         one
@@ -268,8 +267,8 @@ def _watch(options: Namespace, model: RobotModel) -> int:
 def _state(named: Sequence[str]) -> object:
     """Return a value that changes when one of the files changes."""
     try:
-        files = [(path, stamp(Path(path))) for path in sources.program_files(named)]
-        return [(path, stamp(Path(path))) for file in files for path in (file[0], *_files_named_in(*file))]
+        files = [(path, stamp(path)) for path in sources.program_files(named)]
+        return [(path, stamp(path)) for file in files for path in (file[0], *_files_named_in(*file))]
     except FileError as error:
         return str(error)
 

@@ -17,7 +17,7 @@ from vrs_cli.cli import commands, kinds
 from vrs_cli.errors import UsageError, VrsError, nearest
 
 if TYPE_CHECKING:
-    from vrs_cli.devices.device import Outside
+    from vrs_cli.devices.outside import Outside
     from vrs_cli.engine.clock import WallClock
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.values.diagnostics import Dialect
@@ -268,7 +268,7 @@ def chosen_outside(options: argparse.Namespace) -> Outside:
 
         outside = read_script(options.replay_units, patience)
     else:
-        from vrs_cli.devices.device import Outside
+        from vrs_cli.devices.outside import Outside
 
         outside = Outside("--allow-net and --serial let programs have TCP and serial lines")
     if options.record_units is None:

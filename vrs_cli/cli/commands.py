@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from pathlib import Path
 
 from msgspec import Struct
 
@@ -131,7 +130,7 @@ CONNECTION = group(
     "the connection",
     OptionRow("--token-file FILE", "a file with the token (default: VRS_TOKEN)"),
     rare("--name NAME", "your name for other users, if tokens have no names", default=""),
-    rare("--ca FILE", "the certificate of the server, or of the authority that signed it", Path),
+    rare("--ca FILE", "the certificate of the server, or of the authority that signed it", kinds.path),
 )
 MEASURED = OptionRow("--measured", "the measured robot, not the planned one")
 LENIENT = rare("--lenient", "read the readable part of a damaged file, with warnings")
@@ -534,7 +533,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             group(
                 "files, instead of the shell",
                 one_of(
-                    OptionRow("--put FILE", "put a file into the robot's folder", Path),
+                    OptionRow("--put FILE", "put a file into the robot's folder", kinds.path),
                     OptionRow("--get NAME", "get a file from the robot's folder"),
                 ),
                 OptionRow("--as NAME", "with --put: the name at the robot (default: the same)", dest="called"),
@@ -557,7 +556,7 @@ GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
             OptionRow("--rate HZ", "reports per second (default: 100, at most 2000)", kinds.positive, 100.0),
             group(
                 "the simulated arm",
-                OptionRow("--scenario FILE.toml", "disturbances, and when they begin", Path),
+                OptionRow("--scenario FILE.toml", "disturbances, and when they begin", kinds.path),
                 rare("--controller", "computed torque, or PD", default="computed", choices=("computed", "pd")),
                 rare("--bandwidth RAD/S", "of the controller (default: 40)", kinds.positive, 40.0),
                 rare("--resolution DEG", "of the encoders (default: 0.0055)", kinds.positive),

@@ -4,18 +4,19 @@ of the option to the message).
 
 from __future__ import annotations
 
+import os
 import re
 from argparse import ArgumentTypeError
 from collections.abc import Callable
 from functools import partial
 from math import inf, isfinite, nan
-from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from vrs_cli.errors import VrsError
 
 if TYPE_CHECKING:
     from datetime import date
+    from pathlib import Path
 
     from vrs_cli.net.delay_line import Delays, Endpoint
     from vrs_cli.net.far_end import Ahead
@@ -26,6 +27,13 @@ T = TypeVar("T")
 LOOPBACK = "127.0.0.1"
 MAX_PORT = 65535
 MAX_RATE = 100_000.0  # [Hz] maximum sampling rate
+
+
+def path(text: str) -> Path:
+    """Return the path of a file."""
+    from pathlib import Path  # imported here because few commands have such an option
+
+    return Path(text)
 
 
 def _require(holds: object, otherwise: str) -> None:
@@ -147,7 +155,7 @@ def named_robot(text: str) -> tuple[str, str]:
 
     name, equals, robot = text.partition("=")
     if not equals:
-        name, robot = Path(text).stem, text
+        name, robot = os.path.splitext(os.path.basename(text))[0], text
     _require(good_name(name), f"{name!r} is no name for a robot ({NAME_RULE}): NAME=ROBOT")
     return name, robot
 

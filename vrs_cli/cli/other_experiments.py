@@ -211,7 +211,7 @@ class _People:
 
     def __init__(self, study: Study, total: int, tell: Callable[[str], None], stack: ExitStack) -> None:
         self._study, self._total, self._tell = study, total, tell
-        pages = ("--pages",) if BUILT_PAGE.exists() else ()
+        pages = ("--pages",) if os.path.exists(BUILT_PAGE) else ()
         server = stack.enter_context(
             _child("serve", "--port", "0", "--realtime", "--robot", f"arm={study.robot}", *pages)
         )
@@ -263,7 +263,7 @@ class _People:
         )
         at = _first_line(child).split()[0]
         if self._at == "0":
-            page = f"in a browser, http://{at}/view/arm, or " if BUILT_PAGE.exists() else ""
+            page = f"in a browser, http://{at}/view/arm, or " if os.path.exists(BUILT_PAGE) else ""
             self._tell(f"Drive the robot {page}at a prompt: vrs connect ws://{at}")
             self._at = at
         else:

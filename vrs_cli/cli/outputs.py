@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from itertools import combinations, groupby
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -61,22 +60,20 @@ class Outputs(Struct, frozen=True):
             (both, "--json and --csv - both want standard output", "write the table to a file"),
             (outputs.save == STANDARD_STREAM, "--save - has no file", "name a file: --save T.vrst"),
         )
-        from vrs_cli.files.atomic import check_writable
-
         files = (outputs.csv, outputs.plot, outputs.report, outputs.save, options.file)
         check_distinct(path for path in files if path is not None and path != STANDARD_STREAM)
         if outputs.csv is not None and not outputs.takes_standard_output:
-            check_writable(outputs.csv)
+            _check_writable(outputs.csv)
         if outputs.plot is not None:
             from vrs_cli.render.plots import check_plot
 
             check_plot(outputs.plot)
         if outputs.report is not None:
-            if Path(outputs.report).suffix.lower() not in (".html", ".htm"):
+            if os.path.splitext(outputs.report)[1].lower() not in (".html", ".htm"):
                 raise UsageError(f"{outputs.report} is no page", "its name ends in .html")
-            check_writable(outputs.report)
+            _check_writable(outputs.report)
         if outputs.save is not None:
-            check_writable(outputs.save)
+            _check_writable(outputs.save)
         return outputs
 
     @property
@@ -101,6 +98,12 @@ class Outputs(Struct, frozen=True):
             _write_report(self.report, arm, timeline, title, self.report_at, world)
 
 
+def _check_writable(path: str) -> None:
+    from vrs_cli.files.atomic import check_writable  # imported here because most runs write no files
+
+    check_writable(path)
+
+
 def write_export(exporter: Exporter, path: str, arm: RobotArm, timeline: Timeline, number: float) -> None:
     """Write a trajectory in a format of `exports` or `pictures`. `number`: the samples per second [Hz], or the time of
     a single picture [s]. Raises FileError."""
@@ -119,14 +122,14 @@ def check_moment(option: str, t: float, timeline: Timeline) -> None:
         raise CommandLineError(f"{option} {t:g} is not in the trajectory", f"give a moment from {span}")
 
 
-def make_folder(folder: str, named: str, hint: str, error: type[VrsError] = FileError) -> Path:
+def make_folder(folder: str, named: str, hint: str, error: type[VrsError] = FileError) -> str:
     """Make a folder if it does not exist, and return its full path. Raises `error` if that fails or the name is empty;
     its message calls the folder `named`."""
     try:
         os.makedirs(folder, exist_ok=True)
     except OSError as reason:
         raise error(f"{named}: {reason.strerror}", hint) from None
-    return Path(folder).resolve()
+    return os.path.realpath(folder)
 
 
 def write_text(path: str, text: str) -> None:
@@ -161,7 +164,7 @@ def journal(
         return
     from vrs_cli.files.journal import keep_journal, take
 
-    file = keep_journal(take(Path(path)), engine, tell, durable=durable)
+    file = keep_journal(take(path), engine, tell, durable=durable)
     try:
         yield lambda: file.sound
     finally:

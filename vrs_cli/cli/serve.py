@@ -47,7 +47,8 @@ def serve(options: Namespace) -> int:
         audit = Audit(Path(path) if path else None, time.time, tell)
         at_end.callback(audit.close)
         if options.folder is not None:
-            folder = make_folder(str(Path(options.folder)), f"--folder {Path(options.folder)}", "name a folder")
+            made = make_folder(str(Path(options.folder)), f"--folder {Path(options.folder)}", "name a folder")
+            folder = Path(made)
         else:
             folder = Path(at_end.enter_context(TemporaryDirectory(prefix="vrs-")))
         named, tokens = (name for name, _ in options.robot), None
@@ -200,7 +201,7 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
         tell_notes(tell, model, fitted=options.task is None)
     journal = options.journal
     if journal is not None:
-        journal = make_folder(str(Path(journal)), f"--journal {Path(journal)}", "name a folder")
+        journal = Path(make_folder(str(Path(journal)), f"--journal {Path(journal)}", "name a folder"))
     cells = {name: read_cell(file) for name, file in options.cell}
     usual = served_robot.Plan(
         load_robot(options.own_robot),

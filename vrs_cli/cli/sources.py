@@ -7,7 +7,6 @@ import sys
 from argparse import Namespace
 from collections.abc import Iterable, Iterator, Sequence
 from math import degrees
-from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from msgspec import Struct
@@ -64,7 +63,7 @@ def read_source(path: str, *, samples: bool = True) -> Source:
         text = decode_program("standard input", sys.stdin.buffer.read())
         return Source("standard input", text, is_file=False)
     found = find_program_file(path, FREE if samples else None)
-    return Source(str(found), read_program_file(found))
+    return Source(found, read_program_file(found))
 
 
 def sources_of(paths: Iterable[str], *, closed: bool = False, samples: bool = True) -> tuple[Source, ...]:
@@ -78,9 +77,9 @@ def sources_of(paths: Iterable[str], *, closed: bool = False, samples: bool = Tr
 
     found: dict[str, Source] = {}
     for source in (read_source(path, samples=samples) for path in paths):
-        for path, text in project_of(Path(source.path), source.text, closed=closed).items():
-            is_file = source.is_file or str(path) != source.path
-            found.setdefault(os.path.realpath(path), Source(str(path), text, is_file))
+        for path, text in project_of(source.path, source.text, closed=closed).items():
+            is_file = source.is_file or path != source.path
+            found.setdefault(os.path.realpath(path), Source(path, text, is_file))
     return tuple(found.values())
 
 
@@ -108,16 +107,16 @@ def robot_of(prog: str, source: Source) -> str | None:
 def cell_file(options: Namespace, source: Source) -> tuple[str, str] | None:
     """Return the cell file of a run, and its origin: --cell, or the program. With --sandbox a program may name only
     files in its own folder. Raises FileOutside."""
-    from vrs_cli.files.opening import Folder
+    from vrs_cli.files.opening import Folder, parent_of
     from vrs_cli.files.program_file import cell_of_program
 
     if options.cell is not None:
         return options.cell, "--cell"
-    path = Path(source.path) if source.is_file else None
+    path = source.path if source.is_file else None
     closed = getattr(options, "sandbox", None) is not None
-    found = cell_of_program(source.text, path, Folder(Path() if path is None else path.parent, closed=closed))
-    is_robot = found is not None and options.robot is not None and found[0] == Path(os.path.normpath(options.robot))
-    return None if found is None or is_robot else (str(found[0]), found[1])
+    found = cell_of_program(source.text, path, Folder("." if path is None else parent_of(path), closed=closed))
+    is_robot = found is not None and options.robot is not None and found[0] == os.path.normpath(options.robot)
+    return None if is_robot else found
 
 
 def program_files(named: Iterable[str]) -> tuple[str, ...]:
@@ -142,11 +141,13 @@ def _paths_of(name: str) -> Iterable[str]:
 
 def _below(folder: str) -> Iterator[str]:
     """Yield the program files in and below a folder, without hidden files and folders."""
+    from vrs_cli.files.opening import without_dots
+
     for here, folders, names in os.walk(folder):
         folders[:] = [name for name in folders if not name.startswith(".")]
         for name in names:
             if is_program(name) and not name.startswith("."):
-                yield str(Path(here, name))
+                yield without_dots(os.path.join(here, name))
 
 
 def _none(detail: str) -> NoReturn:

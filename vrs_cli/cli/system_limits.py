@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
-from pathlib import Path
 from types import FrameType
 
 from vrs_cli.cli.command_line import CommandLineError
@@ -22,7 +21,7 @@ LEAST_MEMORY = 256_000_000  # bytes of address space that the interpreter and nu
 # bytes that must stay free, because without memory CPython 3.11 may loop endlessly in an exception handler
 LAST_BYTES = 16_000_000
 CHECK_EVERY = 0.02  # [s] CPU time between two checks of the memory; a program takes less than LAST_BYTES in this time
-STATM = Path("/proc/self/statm")  # on Linux: the memory size of this process
+STATM = "/proc/self/statm"  # on Linux: the memory size of this process
 
 # takes `end_by`, which ends the running program, and returns a context for code that may need too much memory
 MemoryGuard = Callable[[Callable[[LimitReached], bool]], AbstractContextManager[None]]
@@ -90,7 +89,8 @@ def _guard_memory(most: int, lift: Callable[[], None], end_by: Callable[[LimitRe
     reached = LimitReached(f"the run needs more memory than {what}", "give it more with --max-memory")
 
     def check(_number: int, _frame: FrameType | None) -> None:
-        address_space = int(STATM.read_bytes().split()[0]) * os.sysconf("SC_PAGE_SIZE")  # of this process [bytes]
+        with open(STATM, "rb") as stream:
+            address_space = int(stream.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")  # of this process [bytes]
         if most - address_space < LAST_BYTES:
             signal.setitimer(signal.ITIMER_PROF, 0.0)
             lift()
@@ -103,7 +103,7 @@ def _guard_memory(most: int, lift: Callable[[], None], end_by: Callable[[LimitRe
 
     previous, sys.unraisablehook = sys.unraisablehook, tell
     try:
-        checks = most and STATM.exists()
+        checks = most and os.path.exists(STATM)
         with alarm(signal.SIGPROF, signal.ITIMER_PROF, CHECK_EVERY, check, CHECK_EVERY) if checks else nullcontext():
             try:
                 yield

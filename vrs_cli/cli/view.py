@@ -332,5 +332,5 @@ class DemoPlace(Local):
 
 
 def _on_terminal() -> int:
-    sample = shipped_folder("programs") / SAMPLE
+    sample = Path(shipped_folder("programs"), SAMPLE)
     return at(DemoPlace(file=str(sample), clock=clock_of(1.0), cell=str(sample.with_suffix(".toml"))))

@@ -14,7 +14,6 @@ from msgspec import structs
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import CollisionAhead, IllegalValue, MotionError
-from vrs_cli.extras import how_to_install
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import HAND, MotionKind, Move
 from vrs_cli.values.world import CellScene, Contact
@@ -127,6 +126,8 @@ class ContactWatch:
         """Report once that contacts are not checked because MuJoCo is missing."""
         if not self._missing and find_spec("mujoco") is None:
             self._missing = True
+            from vrs_cli.extras import how_to_install
+
             self._tell(f"contacts are not checked: that needs mujoco-core ({how_to_install('mujoco-core')})")
 
     def _checker(self, settings: Settings) -> Checker | None:

@@ -13,149 +13,15 @@ the peer then pauses or closes the connection, because in V+ a READ returns the 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping
-from enum import Enum
+from collections.abc import Collection, Iterable
 from itertools import count
-from math import inf
-from typing import Final
 
 from msgspec import Struct, field
 
 from vrs_cli import errors
-from vrs_cli.engine.clock import RobotClock
+from vrs_cli.devices.arrivals import MAX_LINE_BYTES, Address, Arrival, DeviceEvent, read_address
+from vrs_cli.devices.outside import TCP, YET, Outside, Waits
 from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
-
-TCP, SERIAL = "TCP", "SERIAL:"
-MAX_LINE_BYTES = 1024  # maximum length of a line [bytes], unless BUFFER_SIZE is given
-RANGES: Mapping[str, tuple[int, int]] = {  # minimum and maximum of each number in the string given to FOPEN
-    "LOCAL_PORT": (0, 65535),
-    "REMOTE_PORT": (1, 65535),
-    "CLIENTS": (1, 64),
-    "BUFFER_SIZE": (1, 32768),
-}
-FORM = '"/LOCAL_PORT 11000 /CLIENTS 1" waits for clients, "127.0.0.1 /REMOTE_PORT 3000" connects'
-PIECE = r"/(?P<key>[A-Z_]+)[\s=]*(?P<number>\d*)|(?P<host>[^\s/]+)"
-
-
-class Address(Struct, frozen=True):
-    """The address of a TCP unit. `host`: the machine of the other program; "" to wait for clients. `clients`: the
-    maximum number of clients. `longest`: the maximum length of a line [bytes]."""
-
-    host: str
-    port: int
-    clients: int = 1
-    longest: int = MAX_LINE_BYTES
-
-    @property
-    def name(self) -> str:
-        """Return the name of the device in a recording."""
-        return f"TCP:{self.host}:{self.port}" if self.host else f"TCP:{self.port}"
-
-
-def read_address(how: str) -> Address:
-    """Return the address in the string given to FOPEN, in the form that public V+ programs use. Raises IllegalValue.
-
-    /LOCAL_PORT 11000 /CLIENTS 5 /BUFFER_SIZE 1024 waits for clients; 192.168.0.7 /REMOTE_PORT 3000 connects to another
-    program.
-    """
-    numbers: dict[str, int] = {}
-    host = ""
-    for piece in re.finditer(PIECE, how, re.IGNORECASE):
-        if piece["host"]:
-            if host:
-                raise errors.IllegalValue(f"FOPEN {how!r}", FORM)
-            host = piece["host"]
-        else:
-            key, digits = piece["key"].upper(), piece["number"]
-            if key not in RANGES:
-                raise errors.IllegalValue(f"FOPEN /{key}", f"there are /{', /'.join(RANGES)}")
-            low, high = RANGES[key]
-            if not digits or not low <= int(digits[:9]) <= high:
-                raise errors.IllegalValue(f"FOPEN /{key} {digits}".rstrip(), f"a number from {low} to {high}")
-            numbers[key] = int(digits)
-    port = numbers.get("REMOTE_PORT" if host else "LOCAL_PORT")
-    if port is None or (not host and "REMOTE_PORT" in numbers):
-        raise errors.IllegalValue(f"FOPEN {how!r}", FORM)
-    return Address(host, port, numbers.get("CLIENTS", 1), numbers.get("BUFFER_SIZE", MAX_LINE_BYTES))
-
-
-class DeviceEvent(Enum):
-    """The events that a device reports."""
-
-    OPENED = "opened"  # a connection was opened
-    REFUSED = "refused"  # a requested connection was refused; `code` of the arrival gives the reason
-    CAME = "data"  # bytes have arrived
-    PAUSED = "pause"  # the last bytes have no line end, and no more bytes have arrived for a while
-    ENDED = "closed"  # the peer sends no more bytes; it may still receive
-    GONE = "gone"  # sent bytes no longer reach the peer
-    WRITTEN = "written"  # all bytes were handed to the operating system
-
-
-class Arrival(Struct, frozen=True):
-    """An event on a device. `device`: the name with which it was opened. `handle`: the number of the connection; 0 if
-    the device has only one connection. `data`: the bytes that arrived. `code`: the error code of a refusal.
-    """
-
-    device: str
-    event: DeviceEvent
-    handle: int = 0
-    data: bytes = b""
-    code: int = 0
-
-
-class Outside:
-    """The devices to which units can be attached: sockets, serial lines, or scripts that replace them. This base class
-    has no devices; `hint`: how the user can allow some.
-
-    `live`: whether arrivals come from other programs, in real time. `patience`: the maximum time that a unit waits, by
-    the robot's clock [s]. `wake`: called, in any thread, after an arrival. `tell`: takes messages for the person who
-    runs the programs.
-    """
-
-    live = False
-
-    def __init__(self, hint: str = "", patience: float = inf) -> None:
-        self.hint, self.patience = hint, patience
-        self.wake: Callable[[], None] = lambda: None
-        self.tell: Callable[[str], None] = lambda _text: None
-
-    def check(self, device: str) -> None:
-        """Check that a unit may be attached to a device. Raises DeviceNotReady if not."""
-        check_known(device)
-        raise errors.DeviceNotReady(f"the device {device}", self.hint)
-
-    def open(self, device: str, address: Address | None) -> None:  # noqa: ARG002
-        """Open a device: a serial line if `address` is None. For a connection to another program only start to open it;
-        OPENED or REFUSED arrives later. Raises DeviceNotReady, PortTaken."""
-        self.check(device)
-
-    def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
-        """Send bytes to a connection. `ask`: report WRITTEN when all bytes were handed to the operating system."""
-
-    def confirm_read(self, device: str, handle: int, count: int) -> None:
-        """Confirm that the program has read `count` bytes, so that as many more may arrive."""
-
-    def release(self, device: str, handle: int) -> None:
-        """Close a connection. A later connection may get the same handle."""
-
-    def close(self, device: str) -> None:
-        """Close a device with all its connections, and free its port."""
-
-    def close_all(self) -> None: ...
-    def due(self, clock: RobotClock) -> float:  # noqa: ARG002
-        """Return the time of the next arrivals by the robot's clock [s]; infinity if none are known."""
-        return inf
-
-    def take(self, now: float) -> Iterable[Arrival]:  # noqa: ARG002
-        """Return the arrivals up to `now` [s], in their order, and remove them."""
-        return ()
-
-
-def check_known(device: str) -> None:
-    """Check that a device with this name can exist. Raises DeviceNotReady if not."""
-    if device != TCP and not (device.startswith(SERIAL) and device[len(SERIAL) :].isdigit()):
-        raise errors.DeviceNotReady(f"the device {device}", f"there are DISK, {TCP} and {SERIAL}1")
-
 
 FULL = 65536  # [bytes] while more bytes than this may be unsent, a program that wants to write waits
 CONFIRM_BYTES = 8192  # [bytes] each time that a program has read this many bytes, they are confirmed
@@ -164,15 +30,6 @@ CLOSE_CONNECTION, HANDLE = 600, 2
 END_OF_LINE = "\r\n"  # end of a written line
 RETURN, LINE_FEED = 13, 10  # character codes of CR and LF
 _END = re.compile(rb"[\r\n]")
-
-
-class Waits(Enum):
-    """The result of an operation that has to wait, because it is not complete yet."""
-
-    YET = "yet"
-
-
-YET: Final = Waits.YET
 
 
 class DeviceConnection(Struct, eq=False):

@@ -19,7 +19,8 @@ from typing import BinaryIO
 
 from msgspec import Struct, field, structs
 
-from vrs_cli.devices.device import SERIAL, TCP, Address, Arrival, DeviceEvent, Outside, check_known
+from vrs_cli.devices.arrivals import Address, Arrival, DeviceEvent
+from vrs_cli.devices.outside import SERIAL, TCP, Outside, check_known
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady, FileDamaged, FileError, PortTaken, VrsError
 from vrs_cli.files.opening import text_at

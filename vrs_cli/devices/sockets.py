@@ -14,7 +14,8 @@ from collections.abc import Callable, Iterable, Mapping
 from math import inf
 from threading import Lock
 
-from vrs_cli.devices.device import SERIAL, TCP, Address, Arrival, Outside, check_known
+from vrs_cli.devices.arrivals import Address, Arrival
+from vrs_cli.devices.outside import SERIAL, TCP, Outside, check_known
 from vrs_cli.devices.traffic import GRACE, NonBlockingEnd, Traffic
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady, PortTaken

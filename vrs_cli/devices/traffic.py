@@ -16,7 +16,7 @@ from threading import Event as Done
 from threading import Thread
 from typing import NamedTuple, Protocol
 
-from vrs_cli.devices.device import Arrival, DeviceEvent
+from vrs_cli.devices.arrivals import Arrival, DeviceEvent
 from vrs_cli.errors import NetworkClosed
 
 WINDOW = 65536  # maximum number of unread bytes of one connection

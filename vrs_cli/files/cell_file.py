@@ -339,7 +339,7 @@ def read_cell(path: str) -> Cell:
     (`pick_and_place`). Raises NonexistentFile, and FileDamaged with the line of each mistake.
     """
     if not Path(path).exists() and Path(path).name == path:
-        sample = shipped_folder("programs") / f"{path.removesuffix('.toml')}.toml"
+        sample = Path(shipped_folder("programs"), f"{path.removesuffix('.toml')}.toml")
         path = str(sample) if sample.is_file() else path
     return parse_cell(text_at(path, MAX_CELL_CHARS), path)
 

@@ -128,7 +128,7 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
     too.
     """
 
-    source: Path
+    source: str | Path
     closed: bool = True
     below: bool = True
     # the status (stat) of each copy when it was made; None if no file was copied
@@ -180,12 +180,12 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
             if (now.st_ino, now.st_mtime_ns, now.st_size) == (copied.st_ino, copied.st_mtime_ns, copied.st_size):
                 path.unlink()
                 for folder in path.relative_to(self.root).parents[:-1]:
-                    if not any((self.root / folder).iterdir()):
-                        (self.root / folder).rmdir()
+                    if not any((self.at / folder).iterdir()):
+                        (self.at / folder).rmdir()
 
 
 @contextmanager
-def working_folder(source: Path, kept: Path | None = None, *, below: bool = True) -> Iterator[WorkingFolder]:
+def working_folder(source: str | Path, kept: str | None = None, *, below: bool = True) -> Iterator[WorkingFolder]:
     """Create a temporary working folder for one run, yield it, and remove it at the end. `kept`: a folder to use
     instead of a temporary one; at the end only unchanged copies are removed from it. Raises FileError if the folder
     cannot be created.
@@ -194,10 +194,10 @@ def working_folder(source: Path, kept: Path | None = None, *, below: bool = True
 
     if kept is None:
         with TemporaryDirectory(prefix="vrs-run-", ignore_cleanup_errors=True) as made:
-            yield WorkingFolder(root=Path(made), source=source, below=below)
+            yield WorkingFolder(root=made, source=source, below=below)
         return
     try:
-        kept.mkdir(parents=True, exist_ok=True)
+        os.makedirs(kept, exist_ok=True)
     except OSError as error:
         raise errors.FileError(f"{kept}: {error.strerror}", "name another folder") from None
     folder = WorkingFolder(root=kept, source=source, below=below)
@@ -280,15 +280,8 @@ class Disk(Struct, eq=False):
     hold: Callable[[int], None] = lambda _characters: None
     # the folder of each task that has its own folder, by task number
     folders: dict[int, Folder] = field(default_factory=dict)
+    terminal: Unit = field(default_factory=Unit)  # the terminal, as all tasks use it
     _units: dict[tuple[int, int], Unit] = field(default_factory=dict)
-
-    # --- folders ---
-
-    def place(self, task: int, folder: Folder | None) -> None:
-        """Set the folder for the files of a new task; if it is None, the task uses the common `folder`."""
-        self.folders.pop(task, None)
-        if folder is not None:
-            self.folders[task] = folder
 
     # --- units ---
 

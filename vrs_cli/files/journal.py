@@ -90,8 +90,9 @@ class Taken(Struct, frozen=True):
         self.held.release()
 
 
-def take(path: Path) -> Taken:
+def take(path: str | Path) -> Taken:
     """Lock a file that a new journal will replace. Raises FileError."""
+    path = Path(path)
     with as_file_error(path):
         return Taken(path, hold(path))
 

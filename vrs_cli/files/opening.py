@@ -13,12 +13,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import BufferedReader, RawIOBase
-from pathlib import Path
-from typing import Any, BinaryIO, TypeVar
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 from msgspec import Struct
 
 from vrs_cli.errors import FileError, FileOutside, NonexistentFile
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 FIRST = 4096  # [bytes] maximum size of the first read from a pipe
 READ_AT_ONCE = 1 << 16  # [bytes] size of the buffer of an open file
@@ -26,7 +28,7 @@ PIPE_WAIT_S, PIPE_PAUSE_S = 2.0, 0.02  # [s] maximum wait for the other end of a
 V = TypeVar("V")
 
 
-def unreadable(path: Path, error: OSError) -> FileError:
+def unreadable(path: str | Path, error: OSError) -> FileError:
     """Return the error for a file that cannot be opened or read because of `error`."""
     hint = "check its permissions" if isinstance(error, PermissionError) else "name a regular file"
     return FileError(f"{path} cannot be read: {reason(error)}", hint)
@@ -38,7 +40,7 @@ def reason(error: OSError) -> str:
     return text[:1].lower() + text[1:]
 
 
-def stamp(path: Path) -> tuple[int, ...]:
+def stamp(path: str | Path) -> tuple[int, ...]:
     """Return a tuple that differs after every change of the file; an empty tuple if there is no file."""
     try:
         there = os.stat(path)
@@ -60,7 +62,7 @@ def text_at(path: str, most: int = -1) -> str:
     or unreadable.
     """
     try:
-        with open_to_read(Path(path)) as stream:
+        with open_to_read(path) as stream:
             content = stream.read(most + 1 if most >= 0 else -1)
         if 0 <= most < len(content):
             raise NonexistentFile(f"{path} cannot be read: more than {most} bytes")
@@ -70,17 +72,17 @@ def text_at(path: str, most: int = -1) -> str:
         raise NonexistentFile(f"{path} cannot be read: {why}") from None
 
 
-def open_to_read(path: Path) -> BinaryIO:
+def open_to_read(path: str | Path) -> BinaryIO:
     """Open a file, or a pipe that has a writer, for reading. Raises OSError; refuses devices."""
-    it = path.stat()
+    it = os.stat(path)
     if stat.S_ISFIFO(it.st_mode):
         return BufferedReader(_Pipe(path))
     device = stat.S_ISCHR(it.st_mode) or stat.S_ISBLK(it.st_mode)
     if device and it.st_rdev != os.stat(os.devnull).st_rdev:  # the null device is allowed: it reads as an empty file
-        with path.open("rb", buffering=0) as stream:
+        with open(path, "rb", buffering=0) as stream:
             if not stream.isatty():
                 raise OSError(errno.EINVAL, "it is a device")
-    return path.open("rb", buffering=READ_AT_ONCE)
+    return open(path, "rb", buffering=READ_AT_ONCE)
 
 
 def open_to_write(path: Path) -> BinaryIO:
@@ -109,7 +111,7 @@ class _Pipe(RawIOBase):
     bytes and keeps them.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: str | Path) -> None:
         self._handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
         try:
             self._first = _wait_for(self._first_bytes, "nobody writes into this pipe")
@@ -155,12 +157,30 @@ def _written_into(path: Path) -> int | None:
         raise
 
 
-def neighbours(path: Path) -> list[str]:
+def neighbours(path: str | Path) -> list[str]:
     """Return the names in the folder that contains `path`; an empty list if the folder cannot be read."""
     try:
-        return os.listdir(path.parent)
+        return os.listdir(parent_of(path))
     except OSError:
         return []
+
+
+def parent_of(path: str | Path) -> str:
+    """Return the folder that contains `path`; "." for a name without a folder."""
+    return os.path.dirname(path) or "."
+
+
+def without_dots(path: str | Path) -> str:
+    """Return a path without `.` and empty parts, as pathlib writes it."""
+    drive, rest = os.path.splitdrive(os.fspath(path).replace(os.altsep or os.sep, os.sep))
+    parts = [part for part in rest.split(os.sep) if part not in ("", ".")]
+    return drive + os.sep * rest.startswith(os.sep) + os.sep.join(parts) or "."
+
+
+def _path(*parts: str | Path) -> Path:
+    from pathlib import Path  # imported here because most short runs name no files
+
+    return Path(*parts)
 
 
 # --- folders ---------------------------------------------------------------------------------------------------------
@@ -183,14 +203,19 @@ SPECIAL = frozenset('<>:"|?*\\/')
 
 
 class Folder(Struct, frozen=True):
-    """The folder to which file names are relative. `closed`: files outside the folder cannot be used, nor links,
-    devices and pipes inside it. `disclosed`: users may know the path of a closed folder, so that names of files in it
-    may be absolute.
+    """The folder `root`, to which file names are relative. `closed`: files outside the folder cannot be used, nor
+    links, devices and pipes inside it. `disclosed`: users may know the path of a closed folder, so that names of files
+    in it may be absolute.
     """
 
-    root: Path = Path()
+    root: str | Path = "."
     closed: bool = False
     disclosed: bool = False
+
+    @property
+    def at(self) -> Path:
+        """Return the path of the folder."""
+        return _path(self.root)
 
     def path(self, name: str, *, pattern: bool = False) -> Path:
         """Return the path for a file name that a user has typed. `pattern`: whether the name may end in a pattern such
@@ -198,14 +223,14 @@ class Folder(Struct, frozen=True):
         """
         if self.closed:
             return self.inside(name, pattern=pattern)
-        path = self.root / os.path.expanduser(name)
+        path = _path(self.root, os.path.expanduser(name))
         check_length(path)
         return path
 
     def inside(self, name: str, *, pattern: bool = False) -> Path:
         """Return the path for a file name in a program, which cannot lead out of the folder. Raises FileOutside."""
-        if self.disclosed and Path(name.strip()).is_relative_to(here := os.path.abspath(self.root)):
-            name = Path(name.strip()).relative_to(here).as_posix()
+        if self.disclosed and _path(name.strip()).is_relative_to(here := os.path.abspath(self.root)):
+            name = _path(name.strip()).relative_to(here).as_posix()
         parts = [part for part in name.strip().split("/") if part not in ("", ".")]
         if not parts:
             raise FileOutside(repr(name), "give a name: data/log.txt")
@@ -213,7 +238,7 @@ class Folder(Struct, frozen=True):
         for part in (*above, last.translate(WILD) if pattern else last):
             if part != ".." and (wrong := wrong_name(part)):
                 raise FileOutside(repr(name), f"{wrong}: {GOOD}")
-        if Path(name.strip()).is_absolute():
+        if os.path.isabs(name.strip()):
             raise self.outside(name)
         path = self._without_links(name, parts) if self.closed else self._inside_root(name)
         if last.startswith(".") and last.endswith(AUXILIARY):
@@ -221,10 +246,10 @@ class Folder(Struct, frozen=True):
         return path
 
     def _inside_root(self, name: str) -> Path:
-        folder = Path(os.path.realpath(self.root))
+        folder = _path(os.path.realpath(self.root))
         path = folder / name.strip()
         check_length(path)
-        path = Path(os.path.realpath(path))
+        path = _path(os.path.realpath(path))
         if folder not in path.parents:
             raise self.outside(name)
         return path
@@ -232,7 +257,7 @@ class Folder(Struct, frozen=True):
     def _without_links(self, name: str, parts: list[str]) -> Path:
         if ".." in parts:
             raise self.outside(name)
-        path = self.root
+        path = self.at
         for part in parts:
             path /= part
             check_length(path)
@@ -246,10 +271,11 @@ class Folder(Struct, frozen=True):
 
     # --- open files ---
 
-    def open_to_read(self, path: Path) -> BinaryIO:
+    def open_to_read(self, path: str | Path) -> BinaryIO:
         """Open a file for reading. Raises OSError, FileOutside."""
         if not (self.closed and PINNED):
             return open_to_read(path)
+        path = _path(path)
         with self.parent(path) as parent:
             try:
                 handle = os.open(path.name, os.O_RDONLY | NOFOLLOW, dir_fd=parent)
@@ -302,7 +328,7 @@ class Folder(Struct, frozen=True):
     def _refusal(self, path: Path) -> FileOutside | None:
         """Return the error if a part of a path is now a link, a device or a pipe; else None."""
         for place in (path, *path.parents):
-            if place != self.root and self.root in place.parents and (what := _strange(place)):
+            if place != self.at and self.at in place.parents and (what := _strange(place)):
                 return FileOutside(str(path), f"{place} is {what}")
         return None
 
@@ -324,12 +350,12 @@ def _strange(path: Path) -> str:
     return "" if stat.S_ISREG(mode) or stat.S_ISDIR(mode) else "a device or a pipe"
 
 
-def check_length(path: Path) -> None:
+def check_length(path: str | Path) -> None:
     """Check that a path is short enough for every system. Raises FileError."""
     text = str(path)
     if "\0" in text:
         raise FileError(repr(text), "a name cannot hold the character 0")
-    if max(map(_size, path.parts), default=0) > MAX_NAME_BYTES or _size(text) > MAX_PATH_BYTES:
+    if max(map(_size, text.split(os.sep))) > MAX_NAME_BYTES or _size(text) > MAX_PATH_BYTES:
         raise FileError(
             f"{text[:20]}... is too long", f"a name has at most {MAX_NAME_BYTES} bytes, a path {MAX_PATH_BYTES}"
         )

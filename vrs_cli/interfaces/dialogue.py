@@ -4,12 +4,12 @@ ticket is the user's handle for one request: any thread may use it while the rob
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Callable, Collection, Generator
 from contextlib import AbstractContextManager, suppress
 from enum import Enum
 from functools import partial
-from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar, cast
 
@@ -339,7 +339,7 @@ def internal_error(error: BaseException, *, afar: bool = False) -> Message:
         with tempfile.NamedTemporaryFile("w", prefix="vrs-", suffix=".txt", delete=False, encoding="utf-8") as file:
             file.write(report)
         place = (
-            f"please tell whoever runs the server: {Path(file.name).name}"
+            f"please tell whoever runs the server: {os.path.basename(file.name)}"
             if afar
             else f"please report it with {file.name}"
         )

@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections import deque
 from enum import Enum, auto
 from math import inf
-from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from msgspec import Struct, field, structs
@@ -334,7 +333,7 @@ class UserState(Struct, eq=False, weakref=True):
     on_screen: object = None
     drafted: str = ""
     last_statement: Statement | None = None
-    command_files: list[Path] = field(default_factory=list)
+    command_files: list[str] = field(default_factory=list)
     typed: deque[str] = field(default_factory=lambda: deque(maxlen=MAX_TYPED_LINES))
     interrupted: bool = False
     left: bool = False

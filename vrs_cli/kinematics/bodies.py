@@ -14,7 +14,7 @@ from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.transform import Z, along, inverse, position, rotate, translation
 
-SHAPES = ROBOTS / "shapes"  # shapes of built-in robots, in separate files because programs run without them
+SHAPES = Path(ROBOTS, "shapes")  # shapes of built-in robots, in separate files because programs run without them
 ORIGIN = (0.0, 0.0, 0.0)
 THICK, THIN = 0.055, 0.03  # radii of the capsules of the first link and of the last, as fractions of the arm's reach
 # if the cosine of the angle between axis 1 and the vertical is smaller, a block is drawn in place of a pedestal

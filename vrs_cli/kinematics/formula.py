@@ -9,12 +9,12 @@ and one final return.
 from __future__ import annotations
 
 import ast
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import deepcopy
 from functools import cache, cached_property, reduce
 from math import inf, pi
-from pathlib import Path
 from textwrap import dedent
 from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any, cast
@@ -62,9 +62,10 @@ def interpreted(function: Callable[..., Any]) -> Callable[..., Any]:
 @cache
 def _interpreted_module(name: str) -> ModuleType:
     """Execute the source file of a module beside its compiled form."""
-    path = Path(str(sys.modules[name].__file__)).with_name(name.rpartition(".")[2] + ".py")
+    path = os.path.join(os.path.dirname(str(sys.modules[name].__file__)), name.rpartition(".")[2] + ".py")
     module = ModuleType(name)
-    exec(compile(path.read_text(encoding="utf-8"), path, "exec"), module.__dict__)
+    with open(path, encoding="utf-8") as source:
+        exec(compile(source.read(), path, "exec"), module.__dict__)
     return module
 
 

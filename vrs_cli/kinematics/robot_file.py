@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from functools import lru_cache
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
@@ -14,7 +14,10 @@ from vrs_cli.extras import cached
 from vrs_cli.kinematics.model import ArmTask, RobotModel
 from vrs_cli.kinematics.model_data import URDF_OPTIONS, ModelReader, misfit_of
 
-ROBOTS = Path(__file__).parent / "robots"
+if TYPE_CHECKING:
+    from pathlib import Path
+
+ROBOTS = os.path.join(os.path.dirname(__file__), "robots")
 
 
 class Ends(Struct, frozen=True):
@@ -39,8 +42,8 @@ def load_robot(name_or_path: str | Path, ends: Ends = NO_ENDS, task: str | None 
     text = str(name_or_path)
     if text.lower() in robot_names():
         model = _without_ends(_built_in(text.lower()), ends)
-    elif (read := _READERS.get(Path(text).suffix.lower())) is not None:
-        model = read(Path(text), ends)
+    elif (read := _READERS.get(os.path.splitext(text)[1].lower())) is not None:
+        model = read(text, ends)
     else:
         raise NonexistentFile(
             f"no robot is called {text!r}",
@@ -62,21 +65,21 @@ def _without_ends(model: RobotModel, ends: Ends) -> RobotModel:
 
 def robot_names() -> tuple[str, ...]:
     """Return the names of the built-in robots."""
-    return tuple(sorted(path.stem for path in ROBOTS.glob("*.toml")))
+    return tuple(sorted(name.removesuffix(".toml") for name in os.listdir(ROBOTS) if name.endswith(".toml")))
 
 
 @lru_cache
 def _built_in(name: str) -> RobotModel:
-    path = ROBOTS / f"{name}.toml"
+    path = os.path.join(ROBOTS, f"{name}.toml")
     text = _text(path, "TOML")
     return _from_toml(path, cached(f"{name}.robot", text, lambda: _parse(path, text)), NO_ENDS)
 
 
-def _read_toml(path: Path, ends: Ends) -> RobotModel:
+def _read_toml(path: str, ends: Ends) -> RobotModel:
     return _from_toml(path, _parse(path, _text(path, "TOML")), ends)
 
 
-def _parse(path: Path, text: str) -> dict[str, Any]:
+def _parse(path: str, text: str) -> dict[str, Any]:
     # imported here because tomllib compiles long expressions, and built-in robots come from a cache without it
     import tomllib
 
@@ -88,11 +91,11 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
         raise FileDamaged(f"{path}: lists or tables in one another without end", "a robot is a TOML file") from None
 
 
-def _from_toml(path: Path, data: dict[str, Any], ends: Ends) -> RobotModel:
+def _from_toml(path: str, data: dict[str, Any], ends: Ends) -> RobotModel:
     if "urdf" not in data:
-        return _without_ends(ModelReader(str(path), human=True).model(data), ends)
-    reader = ModelReader(str(path), human=True)
-    file = path.parent / reader.word(data.pop("urdf"), "urdf")
+        return _without_ends(ModelReader(path, human=True).model(data), ends)
+    reader = ModelReader(path, human=True)
+    file = os.path.join(os.path.dirname(path), reader.word(data.pop("urdf"), "urdf"))
     table = reader.table(data, "the file", (), URDF_OPTIONS)
     own = Ends(*(reader.word(table[key], key) if key in table else None for key in ("urdf_base", "urdf_tip")))
     try:
@@ -101,31 +104,32 @@ def _from_toml(path: Path, data: dict[str, Any], ends: Ends) -> RobotModel:
         raise FileDamaged(f"{path}: urdf: {error.detail}", error.hint) from None
 
 
-def _read_urdf(path: Path, ends: Ends) -> RobotModel:
-    return _from_urdf(ModelReader(str(path), human=True), path, {}, ends)
+def _read_urdf(path: str, ends: Ends) -> RobotModel:
+    return _from_urdf(ModelReader(path, human=True), path, {}, ends)
 
 
-def _from_urdf(reader: ModelReader, path: Path, table: Mapping[str, object], ends: Ends) -> RobotModel:
+def _from_urdf(reader: ModelReader, path: str, table: Mapping[str, object], ends: Ends) -> RobotModel:
     # imported here because it loads an XML parser, which few robots need
     from vrs_cli.kinematics.urdf.robot import robot_of
 
-    return robot_of(str(path), _text(path, "URDF"), reader, table, ends.base, ends.tip)
+    return robot_of(path, _text(path, "URDF"), reader, table, ends.base, ends.tip)
 
 
 _READERS = {".toml": _read_toml, ".urdf": _read_urdf, ".xml": _read_urdf, ".xacro": _read_urdf}
 
 
-def _text(path: Path, kind: str) -> str:
+def _text(path: str, kind: str) -> str:
     right = f"a robot is a {kind} file"
     try:
-        if path.exists() and not path.is_file():
+        if os.path.exists(path) and not os.path.isfile(path):
             raise FileError(f"{path} is a folder, a pipe or a device", right)
-        return path.read_text(encoding="utf-8")
+        with open(path, encoding="utf-8") as stream:
+            return stream.read()
     except FileNotFoundError:
-        raise NonexistentFile(str(path)) from None
+        raise NonexistentFile(path) from None
     except UnicodeDecodeError:
-        raise FileDamaged(str(path), f"{right} in UTF-8") from None
+        raise FileDamaged(path, f"{right} in UTF-8") from None
     except OSError as error:
         raise FileError(f"{path}: {error.strerror}") from error
     except ValueError:
-        raise FileError(f"{str(path)!r} is no name of a file", right) from None
+        raise FileError(f"{path!r} is no name of a file", right) from None

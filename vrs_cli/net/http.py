@@ -119,7 +119,7 @@ class ServedPage:
         """Read a built page, by default the page of the package. Raises NonexistentFile, which says how to build it,
         and FileError.
         """
-        folder = folder or BUILT_PAGE
+        folder = folder or Path(BUILT_PAGE)
         if not (folder / "index.html").is_file():
             raise NonexistentFile(f"the page is not built here ({folder})", f"this builds it: {how_to_build_page()}")
         files = dict[str, PageFile]()

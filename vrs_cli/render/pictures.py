@@ -104,7 +104,7 @@ def _page_code() -> tuple[str, str]:
         return "".join([f"\\u{units[k : k + 4]}" for k in range(0, len(units), 4)])
 
     try:
-        script, sheet = ((BUILT_PAGE / name).read_text(encoding="utf-8") for name in (SCRIPT, SHEET))
+        script, sheet = (Path(BUILT_PAGE, name).read_text(encoding="utf-8") for name in (SCRIPT, SHEET))
     except OSError:
         raise PageError("the page of the browser is not built", how_to_build_page()) from None
     script = NOT_ASCII.sub(escape_sign, script.replace("</script", "<\\/script").replace("<!--", "<\\!--"))

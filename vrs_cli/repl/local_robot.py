@@ -9,10 +9,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.devices.device import Outside
+from vrs_cli.devices.outside import Outside
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import FileError
-from vrs_cli.files import journal, program_file
+from vrs_cli.files import journal
+from vrs_cli.files.recovery import Recovery, left_files
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Reading, Running, Terminal
 from vrs_cli.interfaces.monitor.files import TORN, load
@@ -204,7 +205,7 @@ class RecoveryWriter:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._conversation, self._folder, self._terminal, self._clock = conversation, folder, terminal, clock
-        self._recovery = program_file.Recovery(folder)
+        self._recovery = Recovery(folder)
         self._kept: object = None
         self._not_before = 0.0
 
@@ -235,7 +236,7 @@ class RecoveryWriter:
     def offer(self) -> None:
         """Ask whether to load the recovery files that other shells have left."""
         session, terminal = self._conversation.session, self._terminal
-        for one in program_file.left_files(self._folder):
+        for one in left_files(self._folder):
             first, _, rest = one.text.partition("\n")
             robot, text = (first.removeprefix(ROBOT), rest) if first.startswith(ROBOT) else ("", one.text)
             whose = f", robot {robot}" if robot not in ("", session.engine.arm.model.name) else ""

@@ -14,7 +14,7 @@ from msgspec import Struct, structs
 from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
-    from vrs_cli.devices.device import Outside
+    from vrs_cli.devices.outside import Outside
     from vrs_cli.engine.clock import RobotClock
     from vrs_cli.interfaces.dialogue import Terminal
     from vrs_cli.kinematics.model import RobotModel
@@ -56,7 +56,7 @@ class Local(Struct):
             return True
         if self.recovery is None or not self.recovery.is_dir():
             return False
-        from vrs_cli.files.program_file import recovery_files
+        from vrs_cli.files.recovery import recovery_files
 
         return bool(recovery_files(self.recovery))  # whether shells that were killed have left files
 

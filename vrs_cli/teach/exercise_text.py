@@ -265,7 +265,7 @@ def find_exercise(named: str) -> Path:
     NonexistentFile."""
     if Path(named).is_dir():
         return Path(named)
-    exercises = shipped_folder("programs") / "exercises"
+    exercises = Path(shipped_folder("programs"), "exercises")
     names = sorted(path.name for path in exercises.glob("*") if path.is_dir())
     if named in names:
         return exercises / named

@@ -92,7 +92,7 @@ class Lesson(Struct, frozen=True):
 
 
 def lessons_folder() -> Path:
-    return shipped_folder("programs") / "lessons"
+    return Path(shipped_folder("programs"), "lessons")
 
 
 def lesson_folders(folder: Path) -> tuple[Path, ...]:

@@ -76,7 +76,7 @@ def propose(name: str, solution: str, cell: str | None = None) -> tuple[Path, li
         raise FileExists(f"{target} is there already", "give another name: nothing is overwritten")
     if not target.parent.is_dir():
         raise FileDamaged(f"{target.parent} is no folder", "make it first")
-    path = find_program_file(solution)
+    path = Path(find_program_file(solution))
     text = read_program_file(path)
     draft = Path(mkdtemp(prefix=".vrs-new-", dir=target.parent.resolve()))
     try:
@@ -94,8 +94,8 @@ class _Proposal:
     def __init__(self, folder: Path, name: str, path: Path, text: str, cell: str | None) -> None:
         self.folder, self.name, self.path, self.text = folder, name, path, text
         self.exercise_folder, self.teacher = folder / "exercise", folder / "teacher"
-        named = (Path(cell), "--cell") if cell is not None else cell_of_program(text, path, FREE)
-        self.cell = None if named is None else named[0]
+        named = (cell, "--cell") if cell is not None else cell_of_program(text, str(path), FREE)
+        self.cell = None if named is None else Path(named[0])
         self.robot, _ = named_above(text, "robot") or ("puma560", None)
         word, _ = named_above(text, "dialect") or (Dialect.VPLUS.value, None)
         self.dialect = next((one for one in Dialect if one.value == word.lower()), Dialect.VPLUS)

@@ -145,7 +145,7 @@ def _parts(T: Transform) -> tuple[Floats, Floats]:
     return rows[:, :3], rows[:, 3]
 
 
-MASSES = ROBOTS / "masses"  # folder with the masses of built-in robots; read only when dynamics are computed
+MASSES = Path(ROBOTS, "masses")  # folder with the masses of built-in robots; read only when dynamics are computed
 ROUNDING = 1e-12  # relative rounding error of a moment of inertia
 MIN_MOMENT = 1e-6  # [kg m2] smaller principal moments of inertia are raised to this
 POSES, SEED = 100, 1  # number and seed of random poses for drives with unknown data

@@ -7,8 +7,8 @@ import pytest
 from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import FileError, ProgramInterlocked, TaskActive, TaskNotActive
-from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.language.run.effects import TaskState
 from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import ProgramStopped, RunOutcome
@@ -58,10 +58,10 @@ def test_a_refused_prime_leaves_the_task_that_was_there(session: Session, monkey
     load(session, "x = 1")
     session.perform("EXECUTE main")
 
-    def full(_disk: Disk, _number: int) -> None:
+    def full(_devices: Devices, _number: int) -> None:
         raise FileError("the disk is full")
 
-    monkeypatch.setattr(Disk, "release", full)
+    monkeypatch.setattr(Devices, "release", full)
     with pytest.raises(FileError):
         session.perform("PRIME main")
     assert session.task is not None

@@ -6,7 +6,7 @@ import pytest
 
 from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.devices.device import Outside
+from vrs_cli.devices.outside import Outside
 from vrs_cli.devices.script import Script, parse_script
 from vrs_cli.devices.sockets import Sockets
 from vrs_cli.errors import (

@@ -24,7 +24,7 @@ from vrs_cli.language.text.line_parser import (
     LineParser,
     Table,
     TableParser,
-    grammar_dir,
+    grammar_text,
     table_of,
     token_parser,
 )
@@ -108,7 +108,7 @@ def test_a_lark_without_its_table_is_used_in_public(
 # --- both parsers on the lines of the language ---------------------------------------------------------------------
 
 ROOT = Path(__file__).parents[3]
-VAL2 = (grammar_dir() / "val2.lark").read_text(encoding="utf-8")
+VAL2 = grammar_text()
 
 
 def _both(builder: type[Builder]) -> tuple[LineParser, LarkParser]:

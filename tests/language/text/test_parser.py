@@ -13,7 +13,7 @@ from tests.examples import examples
 from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Binary, Call, Instruction, Number, Unary, Variable
-from vrs_cli.language.text.line_parser import GRAMMAR, grammar_dir
+from vrs_cli.language.text.line_parser import grammar_text
 from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step, parts_of
 from vrs_cli.language.text.printer import print_file, statement_text
 from vrs_cli.language.words.functions import FUNCTIONS
@@ -196,7 +196,7 @@ def test_a_heading_at_the_prompt() -> None:
 
 
 def test_the_grammar_is_found() -> None:
-    assert (grammar_dir() / GRAMMAR).is_file()
+    assert grammar_text()
 
 
 # --- any text ------------------------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vrs_cli.language.analysis.expressions import val_grouping
 from vrs_cli.language.text.builder import Grouping
 from vrs_cli.language.text.lexer import Token
-from vrs_cli.language.text.line_parser import grammar_dir
+from vrs_cli.language.text.line_parser import grammar_text
 from vrs_cli.language.text.parser import parse_step
 from vrs_cli.language.words.functions import ORDER, VAL_ORDER, Order
 from vrs_cli.values.diagnostics import Span
@@ -85,7 +85,7 @@ def test_climbing_finds_the_loosest_operator(signs: list[str], order: Order) -> 
 
 def test_the_grammar_tells_the_order() -> None:
     """The comment at the head of the grammar says the same as the table."""
-    text = (grammar_dir() / "val2.lark").read_text(encoding="utf-8")
+    text = grammar_text()
     line = next(line for line in text.splitlines() if line.startswith("//     :   -"))
     groups = [
         group.split() for group in line.removeprefix("//").replace("(before a value)", "").split("  ") if group.strip()

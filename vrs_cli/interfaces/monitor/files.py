@@ -37,16 +37,16 @@ def load(station: Station, named: Path) -> Dialogue[None]:
     the one that EXECUTE without a name runs. Sample programs of vrs are found by name from any folder. Files named in a
     comment of the file (`; with: lib.v2`) are loaded first. Raises NonexistentFile, FileOutside, FileError,
     FileDamaged."""
-    path, folder = program_file.find_program_file(named, station.folder), station.folder
+    path, folder = Path(program_file.find_program_file(named, station.folder)), station.folder
     if path.suffix.lower() == trajectory_file.EXTENSION:
         yield from _load_trajectory(station, path)
         return
     text = yield from beside(lambda: program_file.read_program_file(path, folder))
-    project = yield from beside(lambda: program_file.project_of(path, text, closed=folder.closed))
+    project = yield from beside(lambda: program_file.project_of(str(path), text, closed=folder.closed))
     last = station.last_program
     for file, file_text in reversed(project.items()):
         station.last_program = last
-        yield from _load_text(station, file, file_text)
+        yield from _load_text(station, Path(file), file_text)
 
 
 def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
@@ -240,7 +240,7 @@ def _list_file(station: Station, it: Instruction) -> Dialogue[None]:
 def _list_folder(station: Station, it: Instruction) -> Dialogue[None]:
     """List the files of a folder, or those that match a pattern."""
     given, folder = operands.operand(it, 0), station.folder
-    path = folder.root if given is None else folder.path(operands.word(given), pattern=True)
+    path = folder.at if given is None else folder.path(operands.word(given), pattern=True)
     yield replies.FileTable(str(path), disk.entries(path, folder))
 
 
@@ -252,16 +252,16 @@ def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
     if given is None:
         station.change_folder(home)
     else:
-        name, present = operands.word(given), station.folder.root
+        name, present = operands.word(given), station.folder.at
         if not home.closed:
             path = station.folder.path(name)
         elif name.strip() == "..":  # in a closed folder, `..` from its root stays at the root
-            path = present if present == home.root else present.parent
+            path = present if present == home.at else present.parent
         else:
-            path = home.root if name.strip() == "/" else station.folder.inside(name)
+            path = home.at if name.strip() == "/" else station.folder.inside(name)
         if not path.is_dir():
             raise FileError(f"{name} is no folder", "FDIRECTORY lists what there is")
-        station.change_folder(structs.replace(home, root=Path(os.path.normpath(path))))
+        station.change_folder(structs.replace(home, root=os.path.normpath(path)))
     yield from _tell_folder(station, it)
 
 
@@ -269,9 +269,9 @@ def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
 def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
     """Show the path of the current folder. In a closed folder whose location is secret, show only the path inside
     it."""
-    root, home = station.folder.root, station.home
+    root, home = station.folder.at, station.home
     hidden = home.closed and not home.disclosed
-    yield results.Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
+    yield results.Message(f"/{root.relative_to(home.at).as_posix().strip('.')}" if hidden else os.path.abspath(root))
 
 
 @operands.handles("LOG")

@@ -307,7 +307,7 @@ class Supervisor(Observer):
     def load(self, path: str | Path) -> tuple[str, ...]:
         """Store the programs and variables of a file in memory. Return the names of the programs. Raises
         NonexistentFile, FileError, and ProgramNotExecutable for a file with mistakes."""
-        found = program_file.find_program_file(Path(path))
+        found = program_file.find_program_file(path)
         return self.define(program_file.read_program_file(found), f"{found}:")
 
     def execute(self, program: str, cycles: int, answer: Answers) -> results.RunResult:

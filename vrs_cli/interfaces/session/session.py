@@ -7,6 +7,7 @@ lines and comments are accepted. After EDIT the lines up to `E` go to the editor
 
 from __future__ import annotations
 
+import os
 import re
 from collections import ChainMap
 from collections.abc import Container, Iterator, Mapping
@@ -219,7 +220,7 @@ def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
     NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError."""
     path = find_program_file(operands.path_of(session, it))
     lines = command_lines(read_program_file(path, session.folder))
-    if any(path.samefile(other) for other in session.user_state.command_files):
+    if any(os.path.samefile(path, other) for other in session.user_state.command_files):
         raise UsageError(f"{path} is being carried out", "a command file cannot call itself")
     session.user_state.command_files.append(path)
     try:

@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from functools import cached_property
 from itertools import chain
 from math import degrees
-from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 from weakref import WeakSet, finalize
 
@@ -15,7 +14,7 @@ from msgspec import Struct, structs
 
 from vrs_cli import errors
 from vrs_cli.contacts.watch import ContactWatch
-from vrs_cli.devices.device import Outside
+from vrs_cli.devices.outside import Outside
 from vrs_cli.engine import branches, engine
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.files import opening, store
@@ -47,6 +46,8 @@ from vrs_cli.language.words import values, word
 from vrs_cli.values import diagnostics, hand, results, world
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from vrs_cli.interfaces.station.body import DivergenceGuard, RobotBody
     from vrs_cli.values.replies import Plot
     from vrs_cli.world.course import World
@@ -165,7 +166,7 @@ class Station:
         started with a closed folder keeps that folder."""
         self.folder = folder
         if not folder.closed:
-            self.driver.disk.folder = folder
+            self.driver.devices.change_folder(folder)
 
     # --- programs ---
 

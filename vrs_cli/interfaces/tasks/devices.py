@@ -5,33 +5,66 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
 from vrs_cli import errors
-from vrs_cli.devices.device import TCP, YET, Device, Outside, Waits
-from vrs_cli.files.disk import Disk, Unit
+from vrs_cli.devices.outside import TCP, YET, Outside, Waits
+from vrs_cli.files.opening import Folder
 from vrs_cli.language.run import effects
+
+if TYPE_CHECKING:
+    from vrs_cli.devices.device import Device
+    from vrs_cli.files.disk import Disk, Unit
 
 END_OF_LINE = "\r"  # GETC returns this character (the Return key) at the end of a line of the terminal
 
 
 class Devices(Struct, eq=False):
-    """The logical units of all tasks. `disk`: the units of the disk. `show`: writes to the terminal; its arguments are
-    a string, and whether the line ends after it. `outside`: provides all other devices; `missed`: called once for each
-    device that cannot be opened."""
+    """The logical units of all tasks. `folder`: the folder for the files of tasks without their own folder. `show`:
+    writes to the terminal; its arguments are a string, and whether the line ends after it. `outside`: provides all
+    other devices; `missed`: called once for each device that cannot be opened. `spend`, `hold`: as for `Disk`."""
 
-    disk: Disk
+    folder: Folder
     show: Callable[[str, bool], None]
     outside: Outside
     missed: Callable[[errors.DeviceNotReady], None]
+    spend: Callable[[int], None]
+    hold: Callable[[int], None]
+    folders: dict[int, Folder] = field(default_factory=dict)  # the folder of each task that has its own folder
+    _disk: Disk | None = None  # None until a task uses it
     _devices: dict[tuple[int, int], Device] = field(default_factory=dict)  # attached devices by task and unit
     _missing: set[str] = field(default_factory=set)
-    _terminal: Unit = field(default_factory=Unit)
     _typed: list[int] = field(default_factory=list)  # codes that GETC reads next from the terminal
     _taken: list[int] = field(default_factory=list)  # codes that the current step has read from `_typed`
     # codes read by the current step from devices, by task and unit
     _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)
+
+    @property
+    def disk(self) -> Disk:
+        """Return the units of the disk."""
+        if self._disk is None:
+            from vrs_cli.files.disk import Disk  # imported here because most programs use no files
+
+            self._disk = Disk(self.folder, self.spend, self.hold, self.folders)
+        return self._disk
+
+    # --- folders ---
+
+    def change_folder(self, folder: Folder) -> None:
+        """Change the folder for the files that tasks without their own folder open from now on."""
+        self.folder = folder
+        if self._disk is not None:
+            self._disk.folder = folder
+
+    def place(self, task: int, folder: Folder | None) -> None:
+        """Set the folder for the files of a new task; if it is None, the task uses the common `folder`."""
+        self.folders.pop(task, None)
+        if folder is not None:
+            self.folders[task] = folder
+
+    # --- operations ---
 
     def perform(self, task: int, effect: effects.UnitEffect) -> str | Waits | None:
         """Carry out an operation of a task on a unit. Return the answer, or `Waits` if the task must wait. Raises
@@ -44,7 +77,7 @@ class Devices(Struct, eq=False):
     def _attach(self, task: int, effect: effects.AttachUnit) -> str:
         unit, name = effect.unit, effect.device
         if unit == effects.TERMINAL:
-            self._terminal.status = effects.SUCCESS
+            self.disk.terminal.status = effects.SUCCESS
         elif name is None:
             unit = self.disk.free(task) if unit == effects.ANY else unit
             if (task, unit) not in self._devices:
@@ -67,6 +100,8 @@ class Devices(Struct, eq=False):
             return
         if there is not None:
             there.close()
+        from vrs_cli.devices.device import Device  # imported here because few programs attach devices
+
         device = self._devices[task, unit] = Device(name, name, self.outside)
         with self._attempt(device):
             try:
@@ -98,11 +133,11 @@ class Devices(Struct, eq=False):
                 return disk.read(task, effect.unit)
             case effects.WriteRecord(unit=unit) if unit == effects.TERMINAL:
                 self.show(effect.text, effect.newline)
-                self._terminal.status, self._terminal.length = effects.SUCCESS, len(effect.text)
+                self.disk.terminal.status, self.disk.terminal.length = effects.SUCCESS, len(effect.text)
             case effects.WriteRecord():
                 disk.write(task, effect.unit, effect.text + ("\n" if effect.newline else ""))
             case effects.RecordRefused(unit=unit) if unit == effects.TERMINAL:
-                self._terminal.status = effect.code
+                self.disk.terminal.status = effect.code
             case effects.RecordRefused():
                 disk.attached_unit(task, effect.unit).status = effect.code
         return None
@@ -150,7 +185,7 @@ class Devices(Struct, eq=False):
     def unit(self, task: int, unit: int) -> Device | Unit:
         """Return the device, disk unit or terminal that a unit number of a task refers to. It has the status of its
         last operation and the length of its last record."""
-        of_program = self._terminal if unit == effects.TERMINAL else self.disk.unit(task, unit)
+        of_program = self.disk.terminal if unit == effects.TERMINAL else self.disk.unit(task, unit)
         return self._devices.get((task, unit), of_program)
 
     def connection(self, task: int, unit: int) -> int | None:
@@ -209,7 +244,7 @@ class Devices(Struct, eq=False):
         which reads its characters one by one; otherwise unread characters of earlier lines are dropped."""
         come = [errors.EndOfInput.code] if line is None else [ord(one) for one in line + END_OF_LINE]
         self._typed = [*self._typed, *come] if of_getc else []
-        terminal = self._terminal
+        terminal = self.disk.terminal
         terminal.status, terminal.length = (errors.EndOfInput.code, 0) if line is None else (effects.SUCCESS, len(line))
         return line
 
@@ -218,16 +253,19 @@ class Devices(Struct, eq=False):
     def rest(self, task: int) -> None:
         """Save what a stopped task has written to the disk. Its connections stay open, because the task may
         continue."""
-        self.disk.rest(task)
+        if self._disk is not None:
+            self._disk.rest(task)
 
     def release(self, task: int) -> None:
         """Close and detach all units of a task that has ended."""
-        self.disk.release(task)
+        if self._disk is not None:
+            self._disk.release(task)
         for place in [place for place in self._devices if place[0] == task]:
             self._devices.pop(place).close()
 
     def close_all(self) -> None:
         """Close all units of all tasks, when no task runs any more."""
-        self.disk.close_all()
+        if self._disk is not None:
+            self._disk.close_all()
         self._devices.clear()
         self.outside.close_all()

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, TypeVar, cast
 
 from msgspec import Struct, structs
 
-from vrs_cli.devices.device import Outside
+from vrs_cli.devices.outside import Outside
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, LimitReached, VrsError
-from vrs_cli.files import disk, opening
+from vrs_cli.files import opening
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal
 from vrs_cli.interfaces.tasks import devices, observations, performing, tasks
 from vrs_cli.interfaces.tasks.limits import ATTENDED, GO_ON, Advice, Limits, Spent, at_prompt
@@ -87,7 +87,7 @@ class Driver:
 
     - `begin` starts the wait for a task, `step` carries out the next event, and `peek` returns its time. `run` waits
       until a task has stopped. `settle` carries out all events up to a time.
-    - `disk`: the files that programs use. `advice`: returns the hint shown at a limit.
+    - `advice`: returns the hint shown at a limit.
     - `answers` returns whether the current user is asked a task's questions.
     - `then` returns the function to call at the end of a task whose user no longer waits; None if the task must stop
       now.
@@ -111,13 +111,14 @@ class Driver:
         self._advice = advice
         self._transcript = performing.TypedLines(engine, terminal, advice)
         self._written = Spent("max_disk", "write", advice)
-        self.disk = disk.Disk(folder, self._written.add, self._check_held)
         self.devices = devices.Devices(
-            self.disk,
+            folder,
             self._transcript.show,
             outside or Outside(),
             # only a warning, because the program continues without the device
             lambda missing: terminal.show(results.Message(str(missing), results.Tone.WARNING)),
+            self._written.add,
+            self._check_held,
         )
         self.devices.outside.tell = lambda text: terminal.show(results.Message(text))
         self.tasks = tasks.Tasks(engine, environment, self.devices)

@@ -11,7 +11,7 @@ from typing import Any
 
 from msgspec import Struct, structs
 
-from vrs_cli.devices.device import Waits
+from vrs_cli.devices.outside import Waits
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, IllegalValue, NoDataReceived, TaskNotActive, VrsError
 from vrs_cli.interfaces import dialogue, users
@@ -223,7 +223,7 @@ class Performer:
         call = event.call
         arguments = [None if one is None else variables.Reference(*one) for one in call.arguments]
         task = runtime.Task(self._environment, self._engine, call.name, arguments, event.cycles, event.step)
-        started = self._tasks.start(number, task, self._devices.disk.folders.get(track.number))
+        started = self._tasks.start(number, task, self._devices.folders.get(track.number))
         started.instant, started.before = track.instant, track.before - track.task.steps_done - STEPS_A_START
 
     def _control_task(self, _track: Track, event: effects.ControlTask) -> None:

@@ -254,7 +254,7 @@ class Tasks(memory.System):
         track = Track(number, task, self._engine.now, mine=number == ROBOT_PROGRAM, driven_by=self.who)
         self.forget(number)
         self._tracks[number] = track
-        self._devices.disk.place(number, folder)
+        self._devices.place(number, folder)
         self._take_robot(track)
         return track
 

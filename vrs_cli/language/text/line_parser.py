@@ -10,10 +10,10 @@ through Lark's public interface and gives the same trees.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Container, Sequence
 from functools import lru_cache, partial
-from pathlib import Path
 from typing import Any, Protocol, cast
 
 from msgspec import Struct
@@ -259,17 +259,17 @@ REMEMBERED = 20_000
 STARTS = ("step", "prompt", "header", "entry")
 
 
-def grammar_dir() -> Path:
-    """Return the folder of the grammar."""
-    return shipped_folder("grammar")
+def grammar_text() -> str:
+    """Return the grammar of VAL-II."""
+    with open(os.path.join(shipped_folder("grammar"), GRAMMAR), encoding="utf-8") as stream:
+        return stream.read()
 
 
 class LineParser:
     """A parser of lines. `builder`: makes the trees of lines, by default with the operator precedence of V+."""
 
     def __init__(self, builder: Builder | None = None) -> None:
-        grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
-        self._parser = token_parser(grammar, STARTS, builder or Builder())
+        self._parser = token_parser(grammar_text(), STARTS, builder or Builder())
         self._patterns = patterns_of(self._parser.terminals)
         self.step: Callable[[str, int], Step] = lru_cache(maxsize=REMEMBERED)(self.new_step)
 
