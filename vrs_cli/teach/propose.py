@@ -230,14 +230,14 @@ class _Proposal:
         signals = [f"| {number} | {name} |" for number, name in sorted(exercise.cell.names.items())]
         marked = [f"| {check.name} | {check.points:g} |" for check in exercise.checks if not check.hidden]
         parts = [
-            f"# {self.name}\n\nSay here what the task is about.\n",
+            f"# {self.name}\n\nDescribe the task here.\n",
             "## What is given\n",
-            "`cell.toml` has what is around the robot.\n" if self.cell is not None else "",
+            "`cell.toml` describes the cell around the robot.\n" if self.cell is not None else "",
             "\n".join(("| name | what it is | X, Y, Z, O, A, T [mm, deg] |", "|---|---|---|", *rows, ""))
             if rows
             else "",
             "\n".join(("| signal | name |", "|---|---|", *signals, "")) if signals else "",
-            "Use the names and not the numbers: your program is run with other numbers too.\n",
+            "Use the names, not the numbers: your program will also run with other numbers.\n",
             f"## What to do\n\nWrite a program `{self.programs[0].name}` that ...\n",
             "## What is marked\n",
             "\n".join(("| | points |", "|---|---|", *marked, "")),
@@ -274,7 +274,7 @@ def proposed_checks(exercise: Exercise, run: Evidence) -> Iterator[Proposed]:
         listed = ", ".join(map(_quote, names))
         yield Proposed(
             first,
-            "The tool passes these places in this order. Who goes nowhere gets nothing for the checks that need it.",
+            "The tool passes these places in order. A program that goes nowhere gets no points where they are needed.",
             ('kind = "places"', f"places = [{listed}]", "mm = 1"),
         )
     straight = {(a, b): None for (a, _), (b, is_straight) in pairwise(passed) if is_straight and a != b}
