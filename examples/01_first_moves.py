@@ -1,10 +1,10 @@
-"""First moves: a motion, another in the middle of it, and where the robot was, at any time."""
+"""First moves: a motion, another motion in the middle of it, and the position of the robot at any time."""
 
 import vrs_cli as vrs
 
 r = vrs.Robot("puma560")
-r.move(0, -45, 180, 0, 45, 0)  # joints [degrees]; it takes 1.1 s of the robot's time, and none of yours
-r.moves(vrs.trans(300, 450, -200, 90, 90, 0), at=1.0)  # a straight line, from 1.0 s on: before the first has ended
+r.move(0, -45, 180, 0, 45, 0)  # joints [degrees]; this takes 1.1 s of the robot's time, but none of yours
+r.moves(vrs.trans(300, 450, -200, 90, 90, 0), at=1.0)  # a straight line from 1.0 s on, before the first ends
 
 print(r)
 print(r.where(1.0))

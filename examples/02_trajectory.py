@@ -1,4 +1,4 @@
-"""A trajectory as numpy arrays: velocities, the path of the tool, and a picture of it where matplotlib is installed."""
+"""A trajectory as numpy arrays: velocities, the path of the tool, and a picture of it if matplotlib is installed."""
 
 from importlib.util import find_spec
 
@@ -7,7 +7,7 @@ import numpy as np
 import vrs_cli as vrs
 
 r = vrs.Robot().move(0, -45, 180, 0, 45, 0).moves(vrs.trans(300, 450, -200, 90, 90, 0))
-path = r.sample(rate=200)  # 200 times a second, and the exact end
+path = r.sample(rate=200)  # 200 times a second, and at the exact end
 
 print(path.joints.shape, path.velocity.shape, path.xyz.shape)
 fastest = np.abs(path.velocity).max(axis=0)

@@ -1,4 +1,4 @@
-"""Run a program of VAL-II, give it what it works with, and read what came of it."""
+"""Run a VAL-II program: set its variables, and read its results."""
 
 import vrs_cli as vrs
 

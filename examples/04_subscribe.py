@@ -1,4 +1,4 @@
-"""Hear of every change of the timeline, and keep a copy of it that is the same to the bit."""
+"""Receive every change of the timeline, and keep a copy that is equal to the last bit."""
 
 import vrs_cli as vrs
 
@@ -7,7 +7,7 @@ heard = []
 
 
 def changed(change: vrs.Change) -> None:
-    """In a thread of its own: the robot does not wait for it."""
+    """Store a change. This runs in a separate thread, so the robot does not wait for it."""
     heard.append(change)
 
 
@@ -15,7 +15,7 @@ end = r.subscribe(changed)
 r.move(0, -45, 180, 0, 45, 0)
 r.moves(vrs.trans(300, 450, -200, 90, 90, 0), at=1.0)
 r.undo()
-end()  # when this returns, all changes so far have been told
+end()  # when this returns, all changes so far have been delivered
 
 for change in heard:
     print(change)

@@ -1,4 +1,4 @@
-"""A study of the workspace: how well can the arm move at the places of a grid?"""
+"""A study of the workspace: how well can the arm move at each place of a grid?"""
 
 import numpy as np
 
@@ -6,9 +6,9 @@ import vrs_cli as vrs
 
 r = vrs.Robot()
 x, y = np.meshgrid(np.linspace(-900, 900, 37), np.linspace(-900, 900, 37))
-places = vrs.trans(x.ravel(), y.ravel(), -200, 0, 90, 0)  # 1369 locations, the tool pointing down
+places = vrs.trans(x.ravel(), y.ravel(), -200, 0, 90, 0)  # 1369 locations with the tool pointing down
 
-ways = r.ik(places)  # joints (1369, 8, 6), nan where a way does not reach
+ways = r.ik(places)  # joints (1369, 8, 6), nan where there is no solution
 print(ways)
 reached = ways.usable.any(axis=1)
 print(f"{reached.mean():.0%} of the places are in reach, in {ways.usable[reached].sum(axis=1).mean():.1f} ways")

@@ -1,4 +1,4 @@
-"""What if? Try other ways on branches of the timeline, compare them, and keep the best."""
+"""What if? Try alternatives on branches of the timeline, compare them, and keep the best."""
 
 import vrs_cli as vrs
 

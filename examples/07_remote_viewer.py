@@ -1,4 +1,4 @@
-"""A robot on a server: one moves it, another watches. `vrs serve` may as well run on another machine."""
+"""A robot on a server: one client moves it, another watches. `vrs serve` may also run on another machine."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""A V+ program that listens on TCP, and its client: a driver as those of ROS, with no robot behind it but this one."""
+"""A V+ program that listens on TCP, and its client: a driver like those of ROS, but with a virtual robot."""
 
 import re
 import socket
@@ -9,7 +9,7 @@ from pathlib import Path
 import vrs_cli
 
 program = (Path(vrs_cli.__file__).parents[1] / "programs" / "driver.v2").read_text()
-program = program.replace("11000", "0").replace("11001", "0")  # any two ports that are free
+program = program.replace("11000", "0").replace("11001", "0")  # any two free ports
 command = [sys.executable, "-m", "vrs_cli", "run", "-", "--allow-net", "--realtime", "4"]
 driver = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 driver.stdin.write(program)
@@ -21,7 +21,7 @@ with socket.create_connection(("127.0.0.1", commands)) as arm:
     for line in ("S 50", "J 30 -60 120 0 30 0", "J 200 0 0 0 0 0", "J 0 -90 90 0 0 0", "W"):
         arm.sendall(f"{line}\n".encode())
         print(f"{line:20} -> {answers.readline().strip()}")
-    with socket.create_connection(("127.0.0.1", positions)) as eyes:  # told ten times a second
+    with socket.create_connection(("127.0.0.1", positions)) as eyes:  # sent ten times a second
         _, *joints = map(float, eyes.makefile("r").readline().split())
     arm.sendall(b"Q\n")
 print("it stands at", *map(round, joints))

@@ -7,13 +7,13 @@ import numpy as np
 
 import vrs_cli as vrs
 
-ALPHA = 0.6  # how much of a new frame counts
+ALPHA = 0.6  # weight of a new frame
 
 
 class DoubleExponential(vrs.Predictor):
     once = twice = None  # the frames, smoothed once and twice
 
-    def receive(self, t, joints):  # a frame has come: where the robot stood at t [s], joints (n,) [rad; m]
+    def receive(self, t, joints):  # a frame: the robot was at joints (n,) [rad; m] at t [s]
         if self.once is None:
             self.once = self.twice = joints
             self.period = 0.04
@@ -23,13 +23,13 @@ class DoubleExponential(vrs.Predictor):
             self.twice = ALPHA * self.once + (1 - ALPHA) * self.twice
         self.last = t
 
-    def predict(self, t):  # where it is now, from its smoothed place and velocity
+    def predict(self, t):  # the position at t, from the smoothed position and velocity
         ahead = ALPHA / (1 - ALPHA) * (t - self.last) / self.period
         place = (2 + ahead) * self.once - (1 + ahead) * self.twice
         return np.clip(place, self.robot.lower, self.robot.upper)
 
 
-if __name__ == "__main__":  # one joint swings, 25 frames a second come 0.2 s late
+if __name__ == "__main__":  # one joint swings; 25 frames a second arrive 0.2 s late
     robot = vrs.Robot("puma560").held.arm.model
     viewer, times = DoubleExponential(robot, 0.2), np.arange(0, 20, 0.04)
     places = np.outer(np.sin(times), [1, 0, 0, 0, 0, 0])

@@ -1,4 +1,4 @@
-"""A LeRobot arm as the body of a served SO-100. `FakeBus` stands for the bus of its motors (LeRobot's FeetechMotorsBus)."""
+"""A LeRobot arm as body of a served SO-100. `FakeBus` replaces the bus of its motors (LeRobot's FeetechMotorsBus)."""
 
 import asyncio
 import subprocess
@@ -10,7 +10,7 @@ import vrs_cli as vrs
 from vrs_cli.net.body_client import BodyClient
 
 
-class FakeBus:  # each motor comes nearer to its goal by a third each time that it is read
+class FakeBus:  # each reading moves each motor a third of the way to its goal
     present = goal = np.zeros(5)
 
     def sync_write(self, _name, goal):
@@ -24,7 +24,7 @@ class FakeBus:  # each motor comes nearer to its goal by a third each time that 
 async def be_the_body(address, seconds, bus):
     async with BodyClient(address, rate=50.0, name="so100") as body:
         low, high = np.array(body.model.lower), np.array(body.model.upper)
-        middle, half = (low + high) / 2, (high - low) / 200  # LeRobot's values are percents of half the range
+        middle, half = (low + high) / 2, (high - low) / 200  # LeRobot's values are percentages of half the range
         begin = body.now()
         async for t in body.ticks():
             bus.sync_write("Goal_Position", (np.array(body.setpoint(t).joints) - middle) / half)

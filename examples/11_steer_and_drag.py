@@ -1,4 +1,4 @@
-"""Targets that come one by one: joints that the robot steers to, and a tool that a hand drags."""
+"""Targets that arrive one by one: joints to which the robot steers, and a tool that a hand drags."""
 
 from math import cos, sin
 
@@ -8,23 +8,23 @@ import vrs_cli as vrs
 
 r = vrs.Robot("puma560").move(0, -45, 180, 0, 45, 0).wait()
 
-# a leader arm sends joints, 50 times a second; `vrs.connect(...)` gives a robot that takes them as well
+# a leader arm sends joints 50 times a second; this also works with a robot of `vrs.connect(...)`
 home = r.joints
 for k in range(150):
     wave = [20 * sin(k / 25), 10 - 10 * cos(k / 25), 0, 0, 0, 0]
     r.steer(home + wave, rate=50)
-r.wait()  # at the last target
+r.wait()  # until it rests at the last target
 print(r)
 print("behind the last target", np.abs(r.joints - home - wave).max().round(6), "deg")
 
-# a hand pulls the tool: as far as the arm comes, at its own speed
+# a hand pulls the tool, which follows as far and as fast as the arm can move
 begin = r.where().location
 for k in range(120):
     held = r.drag(vrs.trans(8 * k, 0, 0) @ begin)
     if k % 40 == 39:
         print(f"{r.now:.2f} s, x {r.where().xyz[0]:.1f} mm", held)
 r.wait()
-r.undo()  # all that was dragged is one command
+r.undo()  # the whole drag is one command
 print([command.text for command in r.commands])
 
 # It prints:

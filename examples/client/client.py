@@ -1,6 +1,6 @@
 """A client of the protocol, written from docs/protocol.md alone: the connection, the timeline and g, in plain Python.
 
-It reads what happens from its input and answers on its output, as the conformance kit asks:
+It reads steps from its input and writes answers to its output, as the conformance kit requires:
 `python3 -m tests.net.kit run --without scurve,steady,msgpack python3 examples/client/client.py`
 """
 
