@@ -131,12 +131,12 @@ def sentence(title: str, detail: str, hint: str) -> str:
 
 
 def nearest(word: str, known: Iterable[str], least: float = 0.6) -> str:
-    """Return the known word that is most similar to `word`, ignoring case, or "". `least`: the minimum similarity, 0 to
-    1."""
+    """Return the known word that is most similar to `word`, or "". Case and the dashes before an option do not count.
+    `least`: the minimum similarity, 0 to 1."""
     from difflib import get_close_matches
 
-    names = {name.lower(): name for name in known}
-    return next((names[found] for found in get_close_matches(word.lower(), names, 1, least)), "")
+    names = {name.lower().lstrip("-"): name for name in known}
+    return next((names[found] for found in get_close_matches(word.lower().lstrip("-"), names, 1, least)), "")
 
 
 def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:

@@ -7,14 +7,14 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import takewhile
 from math import inf, isnan
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from vrs_cli.cli import commands, kinds
-from vrs_cli.errors import UsageError, VrsError, nearest
+from vrs_cli.errors import UsageError, VrsError, did_you_mean
 
 if TYPE_CHECKING:
     from vrs_cli.devices.outside import Outside
@@ -139,14 +139,7 @@ class Parser(argparse.ArgumentParser):
             return CommandLineError(f"unknown option {word}", hint)
         if not word.startswith("-"):
             return CommandLineError(f"one argument too many: {word}", f"see {self.prog} --help")
-        return CommandLineError(f"unknown option {word}", did_you_mean(word, self.options(), self.prog))
-
-
-def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
-    """Return a hint: the most similar known word or option, or else the command that lists all of them."""
-    names = {one.lstrip("-"): one for one in known}  # compare options without their dashes
-    near = nearest(word.lstrip("-"), names)
-    return f"did you mean {names[near]}?" if near else f"see {prog} --help"
+        return CommandLineError(f"unknown option {word}", did_you_mean(word, self.options(), f"see {self.prog} --help"))
 
 
 def _add(container: argparse._ActionsContainer, row: commands.OptionRow | commands.OneOf | commands.Group) -> None:

@@ -11,9 +11,9 @@ from importlib import import_module
 from io import TextIOWrapper, UnsupportedOperation
 from keyword import iskeyword
 
-from vrs_cli.cli.command_line import CommandLineError, Parser, did_you_mean
+from vrs_cli.cli.command_line import CommandLineError, Parser
 from vrs_cli.cli.commands import GROUPS, SUBCOMMANDS
-from vrs_cli.errors import FileDamaged, FileError, UsageError, VrsError
+from vrs_cli.errors import FileDamaged, FileError, UsageError, VrsError, did_you_mean
 from vrs_cli.repl.interrupt import Ended, ending
 
 OK, FAILED, USAGE = 0, 1, 2
@@ -112,7 +112,7 @@ def _choose(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
     if name.lower() in MEANT:
         line = " ".join(("vrs", MEANT[name.lower()], *arguments[1:2]))
         raise CommandLineError(f"unknown subcommand {name}", f"did you mean {line}?")
-    raise CommandLineError(f"unknown subcommand {name}", did_you_mean(name, SUBCOMMANDS, "vrs"))
+    raise CommandLineError(f"unknown subcommand {name}", did_you_mean(name, SUBCOMMANDS, "see vrs --help"))
 
 
 def _subcommand(name: str, prog: str, arguments: Sequence[str]) -> int:

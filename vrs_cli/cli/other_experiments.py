@@ -23,8 +23,8 @@ from msgspec import structs
 import vrs_cli as vrs
 from vrs_cli.bodies.scenario import Disturbance, load_scenario
 from vrs_cli.cli import commands, main
-from vrs_cli.cli.command_line import CommandLineError, chosen_robot, did_you_mean
-from vrs_cli.errors import RequestRefused
+from vrs_cli.cli.command_line import CommandLineError, chosen_robot
+from vrs_cli.errors import RequestRefused, did_you_mean
 from vrs_cli.extras import BUILT_PAGE
 from vrs_cli.files.atomic import check_writable, write_atomically
 from vrs_cli.kinematics.model import RobotModel
@@ -88,7 +88,7 @@ def _cases_methods(options: Namespace) -> Iterator[tuple[str, MethodTrial]]:
     robot = chosen_robot(options)
     for scenario in options.scenario or ():
         if scenario not in SCENARIOS:
-            hint = did_you_mean(scenario, SCENARIOS, options.prog)
+            hint = did_you_mean(scenario, SCENARIOS, f"see {options.prog} --help")
             raise CommandLineError(f"--scenario: no scenario is {scenario}", hint)
     viewers = (*methods.VIEWERS, *options.viewer)
     controllers = (*methods.CONTROLLERS, *options.controller)
@@ -349,7 +349,7 @@ def _scenario(options: Namespace, robot: RobotModel, name: str) -> tuple[Disturb
     if name in twin.SCENARIOS:
         return tuple(structs.replace(one, at=twin.BEGINS * options.seconds) for one in twin.SCENARIOS[name])
     if not name.endswith(".toml"):
-        hint = did_you_mean(name, twin.SCENARIOS, options.prog)
+        hint = did_you_mean(name, twin.SCENARIOS, f"see {options.prog} --help")
         raise CommandLineError(f"--scenario: no scenario is {name}", hint)
     return load_scenario(Path(name), tuple(link.kind for link in robot.links)).disturbances
 

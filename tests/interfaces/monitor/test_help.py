@@ -52,7 +52,9 @@ def test_words_may_be_cut_short(typed: str, word: str) -> None:
     assert page(typed).word == word
 
 
-@pytest.mark.parametrize(("typed", "topic"), [("TUTO", "First lines to type"), ("pict", "See the arm")])
+@pytest.mark.parametrize(
+    ("typed", "topic"), [("TUTO", "First lines to type"), ("pict", "See the arm"), ("key", "Keys at the prompt")]
+)
 def test_topics_may_be_cut_short(typed: str, topic: str) -> None:
     assert [reply.title for reply in help_on(typed) if isinstance(reply, HelpTopic)] == [topic]
 

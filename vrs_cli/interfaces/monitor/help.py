@@ -156,13 +156,13 @@ ALL_NAMES = [*COMMANDS, *INSTRUCTIONS, *CONTROL, *FUNCTIONS, *OPERATORS, *LINKS,
 
 
 def _full_name(name: str) -> str:
-    """Return the name of a topic, or the name under which a word is listed in the tables. The word may be an
-    abbreviation, another spelling, or the name in another robot language. Raises UsageError for an ambiguous
-    abbreviation."""
+    """Return the name of a topic, or the name under which a word is listed in the tables. The word may be the singular
+    of a topic (KEY), an abbreviation, another spelling, or the name in another robot language. Raises UsageError for
+    an ambiguous abbreviation."""
     name = next((row.name for row in OPERATORS.values() if row.also == name), name)
     if name in ALL_NAMES or name in _topics() or any(_users(name)):
         return name
-    if ours := foreign.own_word(name):
+    if ours := foreign.own_word(name) or next((topic for topic in _topics() if topic == f"{name}S"), ""):
         return ours
     found = rows_for(name, COMMANDS, INSTRUCTIONS, CONTROL)
     if len(found) == 1:
