@@ -531,7 +531,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 65_039  # of Python, in all
+MAX_STATEMENTS = 65_034  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -560,7 +560,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "highlight": 35,
     "lsp": 833,
     "teach": 4242,
-    "cli": 3571,
+    "cli": 3566,
     "__main__": 39,
     "__init__": 13,
 }
