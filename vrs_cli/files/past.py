@@ -17,7 +17,7 @@ from vrs_cli.engine.history import History
 from vrs_cli.errors import FileError, FileOpened, VrsError
 from vrs_cli.files.atomic import claim, is_special, sync_handle
 from vrs_cli.files.opening import reason
-from vrs_cli.files.rebuild import OlderHand, loaded_forward
+from vrs_cli.files.rebuild import initial_timeline, loaded_forward
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
@@ -339,7 +339,7 @@ def _resume_at(file: GrowingFile, place: int, record: wire.CheckpointRecord) -> 
     history = History(undone=unknown, forgotten=record.commands)
     timeline = Timeline.of_parts(_parts(record, past), record.checkpoint, _event_parts(record, file))
     book = Book(
-        OlderHand().initial(segments_of(header.initial, Motions(), None, form)),
+        initial_timeline(segments_of(header.initial, Motions(), None, form)),
         loaded_forward(history, timeline, new, record.number),
         DeltaLog.after(past, parts, [*known, *new]),
         history,

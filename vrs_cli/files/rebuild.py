@@ -13,7 +13,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import HAND, Event, EventEdit
-from vrs_cli.wire.records import RecordError
+from vrs_cli.wire.records import Motions, RecordError
 
 if TYPE_CHECKING:
     from vrs_cli.engine.breaches import Breach
@@ -78,11 +78,6 @@ class LoadedTimeline:
             self._appended = []
         return self._timeline
 
-    @property
-    def has_events(self) -> bool:
-        """Return whether the timeline has events."""
-        return bool(self._timeline.event_count)
-
     def apply(self, delta: TimelineDelta) -> None:
         """Apply a delta to this timeline. Raises RecordError if the delta does not fit."""
         appends = delta.keep == self._count and not delta.drop and delta.events is None
@@ -106,29 +101,32 @@ class LoadedTimeline:
 # --- the hand in older files ---------------------------------------------------------------------------------------
 
 
+def initial_timeline(segments: Sequence[Segment]) -> Timeline:
+    """Return the first timeline of a file, with hand events made from its motions."""
+    return Timeline(segments, events=list(_openings(segments, 0.0)))
+
+
 class OlderHand:
     """Makes hand events from the motions of an older file, in which each motion contains the opening of the hand. If
     deltas of a file have events, only the motions before the first such delta are treated as older ones. `found`:
-    whether a motion has opened the hand; if such a file is continued, the next delta must have events.
+    whether a motion has opened the hand; if such a file is continued, the next delta must have events. `motions`: the
+    motions of the file that have been read so far.
     """
 
-    def __init__(self) -> None:
-        self.found, self._ended = False, False
-
-    def initial(self, segments: Sequence[Segment]) -> Timeline:
-        """Return the first timeline of a file, with hand events made from its motions."""
-        return Timeline(segments, events=list(_openings(segments, 0.0)))
+    def __init__(self, motions: Motions) -> None:
+        self.found, self._ended, self._motions = False, False, motions
 
     def read(self, loaded: LoadedTimeline, delta: TimelineDelta) -> TimelineDelta:
         """Return a delta with hand events made from its motions. `loaded`: the timeline before the delta."""
         if self._ended or delta.events is not None:
             self.found, self._ended = False, True
             return delta
-        self.found = self.found or delta.motion.hand != 0.0
-        # a list, because making a generator takes longer than three segments
-        if not loaded.has_events and not any([segment.motion.hand for segment in delta.segments]):  # noqa: C419
+        if not self._motions.open_hand:
             return delta
+        self.found = self.found or delta.motion.hand != 0.0
         timeline = loaded.timeline()
+        if not timeline.event_count and not any(segment.motion.hand for segment in delta.segments):
+            return delta
         count = len(timeline)
         if not 0 < delta.keep <= delta.keep + delta.drop <= count:
             return delta

@@ -17,7 +17,7 @@ from msgspec import Struct
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.opening import FREE, Folder, unreadable
-from vrs_cli.files.rebuild import Fault, LoadedTimeline, OlderHand, check_order, faults
+from vrs_cli.files.rebuild import Fault, LoadedTimeline, OlderHand, check_order, faults, initial_timeline
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
@@ -150,8 +150,8 @@ class _Reader:
             raise _damage_error(path, 1, str(error)) from None
         if not self._initial:
             raise _damage_error(path, 1, "the initial timeline has no segment")
-        self._hand, self._measured = OlderHand(), MeasuredRecord(self._form.joint_count)
-        self._begin = self._hand.initial(self._initial)
+        self._hand, self._measured = OlderHand(self._motions), MeasuredRecord(self._form.joint_count)
+        self._begin = initial_timeline(self._initial)
         self._timeline = LoadedTimeline(self._begin)
 
     def take(self, number: int, line: bytes, place: int) -> bool:

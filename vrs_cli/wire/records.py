@@ -226,7 +226,11 @@ class RecordError(ValueError):
 
 
 class Motions(dict[int, Motion]):
-    """The motions that were written completely so far, by number; later records refer to them."""
+    """The motions that were written completely so far, by number; later records refer to them. `open_hand`: whether one
+    of those that were read opens the hand, as motions of older files do.
+    """
+
+    open_hand = False
 
     def reference(self, motion: Motion) -> int | MotionRecord:
         """Return the motion's number if the motion was written before; else return the whole motion, and remember
@@ -249,8 +253,9 @@ class Motions(dict[int, Motion]):
     def resolve(self, reference: int | MotionRecord, form: Form) -> Motion:
         """Return the motion of a reference. Raises RecordError."""
         if isinstance(reference, MotionRecord):
-            motion = _motion_of(reference, form)
-            self[motion.number] = motion
+            motion = self[reference.number] = _motion_of(reference, form)
+            if motion.hand:
+                self.open_hand = True
             return motion
         if reference not in self:
             raise RecordError(f"motion {reference} is referred to but not described before")
