@@ -141,7 +141,8 @@ class _Stretch:
         self.resting = np.frombuffer(phases, np.uint8)[:, None] == CODES[Phase.REST]
         joints, straight = coefficients(paths)
         self.straight = straight[:, None]
-        self.orders = joints, _derivative(joints), _derivative(_derivative(joints))
+        rates = _derivative(joints)
+        self.orders = joints, rates, _derivative(rates)
         self.steep = [
             (row, path, float(self.durations[row, 0]))
             for row, path in enumerate(paths if len(joints) > CUBIC_LENGTH else ())
@@ -211,20 +212,21 @@ class _Stretch:
         """
         a, begin, end = self.orders[order], self.begin[order], self.end[order]
         low, high = np.minimum(begin, end), np.maximum(begin, end)
-        for s in self._turns(a) if order < min(2, len(a) - 2) else ():
+        for s in self._turns(self.orders[order + 1]) if order < 2 and len(a) > 2 else ():
             there = np.where(self.straight, begin, _value(a, s))
             low, high = np.minimum(low, there), np.maximum(high, there)
         for row, path, duration in self.steep:
             low[row], high[row] = np.transpose(path.extremes(duration, order))
         return low, high
 
-    def _turns(self, a: Floats) -> Iterator[Floats]:
-        """Yield the times (m, n) at which cubics turn back, or 0 if they do not."""
-        c, b, d = _derivative(a)[:3]
+    def _turns(self, rates: Floats) -> Iterator[Floats]:
+        """Yield the times (m, n) at which cubics turn back, or 0 if they do not. `rates`: their derivatives."""
+        c, b, *more = rates
+        d = more[0] if more else 0.0
         with np.errstate(all="ignore"):
             # both roots follow from q, without cancellation
             q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * d * c), b))
-            for s in (c / q, q / d) if d.any() else (c / q,):
+            for s in (c / q, q / d) if np.any(d) else (c / q,):
                 yield np.where((s > 0.0) & (s < self.durations), s, 0.0)
 
     # --- lines ---------------------------------------------------------------------------------------------------
@@ -254,10 +256,8 @@ class _Stretch:
 
 
 def _derivative(a: Floats) -> Floats:
-    """Differentiate polynomials (k, m, n); the last coefficient becomes 0."""
-    derivative: Floats = np.zeros_like(a)
-    derivative[:-1] = a[1:] * np.arange(1.0, len(a))[:, None, None]
-    return derivative
+    """Differentiate polynomials (k, m, n), which gives (k - 1, m, n); constants give (1, m, n)."""
+    return a[1:] * np.arange(1.0, len(a))[:, None, None] if len(a) > 1 else np.zeros_like(a)
 
 
 def _value(a: Floats, s: Floats) -> Floats:
