@@ -62,14 +62,13 @@ def _check_events(timeline: Timeline, edit: EventEdit) -> None:
 
 class LoadedTimeline:
     """A timeline to which the deltas of a file are being applied. Appended segments are collected in a list and added
-    to the timeline together, which is faster. `_last`: the last segment of this list, or of the timeline if the list is
-    empty.
+    to the timeline together, which is faster. `_count`, `_end`, `_version`: the number of segments, the end [s] and the
+    version after all deltas applied so far.
     """
 
     def __init__(self, timeline: Timeline) -> None:
-        self._timeline, self._last, self._version = timeline, timeline[len(timeline) - 1], timeline.version
-        self._appended: list[Segment] = []
-        self._count = len(timeline)
+        self._timeline, self._appended = timeline, list[Segment]()
+        self._count, self._end, self._version = len(timeline), timeline.end, timeline.version
 
     def timeline(self) -> Timeline:
         """Return the timeline after all deltas applied so far."""
@@ -81,21 +80,18 @@ class LoadedTimeline:
     def apply(self, delta: TimelineDelta) -> None:
         """Apply a delta to this timeline. Raises RecordError if the delta does not fit."""
         appends = delta.keep == self._count and not delta.drop and delta.events is None
-        if not appends or self._last.finish > delta.cut or delta.version != self._version:
+        if not appends or self._end > delta.cut or delta.version != self._version:
             self._timeline = apply(self.timeline(), delta)
-            self._count, self._version = len(self._timeline), self._timeline.version
-            self._last = self._timeline[self._count - 1]
+            self._count, self._end, self._version = len(self._timeline), self._timeline.end, self._timeline.version
             return
-        edge, segments = self._last.finish, delta.segments
+        edge, segments = self._end, delta.segments
         for segment in segments:
             if segment.start < edge:
                 raise RecordError("the segments overlap in time")
             edge = segment.finish
         self._appended += segments
         self._count += len(segments)
-        self._version += 1
-        if segments:
-            self._last = segments[-1]
+        self._end, self._version = edge, self._version + 1
 
 
 # --- the hand in older files ---------------------------------------------------------------------------------------
