@@ -19,11 +19,12 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import compress
 from typing import TYPE_CHECKING, Any, Protocol, overload
 
 from msgspec import Struct
 
-from vrs_cli.trajectory.segment import JointPath, PackedMotion, Path, Phase, Segment
+from vrs_cli.trajectory.segment import DOUBLE_BYTES, JointPath, PackedMotion, Path, Phase, Segment
 from vrs_cli.values.commands import Frames, Motion
 
 if TYPE_CHECKING:
@@ -170,7 +171,7 @@ class Row(Sequence[Segment]):
     def pack(self, last: int) -> None:
         """Pack the paths of the segments before `last`."""
         for path in self.paths[self._packed : last]:
-            if isinstance(path, JointPath):
+            if isinstance(path, JointPath) and not path.packed_length:
                 path.pack()
         self._packed = last
 
@@ -311,13 +312,14 @@ def coefficients(paths: Sequence[Path]) -> tuple[Floats, Flags]:
     """
     import numpy as np
 
-    found = [path.doubles() if isinstance(path, JointPath) else (0, b"") for path in paths]
-    lengths = np.array([length for length, _ in found])
-    table = np.zeros((max(lengths.max(), 1), len(paths), paths[0].joint_count))
+    joint_count = paths[0].joint_count
+    found = [path.doubles() if isinstance(path, JointPath) else b"" for path in paths]
+    lengths = np.fromiter(map(len, found), int, len(found)) // (DOUBLE_BYTES * joint_count)
+    table = np.zeros((max(lengths.max(), 1), len(paths), joint_count))
     for length in filter(None, set(lengths.tolist())):
-        places = np.flatnonzero(lengths == length)
-        doubles = b"".join([found[place][1] for place in places.tolist()])
-        table[:length, places] = np.frombuffer(doubles).reshape(len(places), -1, length).transpose(2, 0, 1)
+        there = lengths == length
+        doubles = np.frombuffer(b"".join(compress(found, there.tolist())))
+        table[:length, there] = doubles.reshape(-1, joint_count, length).transpose(2, 0, 1)
     return table, lengths == 0
 
 

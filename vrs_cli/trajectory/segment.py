@@ -62,11 +62,11 @@ class JointPath(Struct, eq=False, gc=False):
     """One polynomial for each joint [rad, m], all of the same degree; `s` below is t - t_s [s].
 
     Paths are compared by value. `pack` stores a path as contiguous doubles, which take a fifth of the memory but are
-    slower to read.
+    slower to read. `packed_length`: the number of coefficients of a polynomial if the path is packed, else 0.
     """
 
     _rows: tuple[Polynomial, ...] | bytes
-    _length: int = 0  # number of coefficients of a polynomial, once the path is packed
+    packed_length: int = 0
 
     @classmethod
     def make_packed(cls, rows: Sequence[Sequence[float]]) -> JointPath:
@@ -86,26 +86,24 @@ class JointPath(Struct, eq=False, gc=False):
     @property
     def coefficients(self) -> tuple[Polynomial, ...]:
         rows = self._rows
-        return tuple(_DOUBLES[self._length].iter_unpack(rows)) if isinstance(rows, bytes) else rows
+        return tuple(_DOUBLES[self.packed_length].iter_unpack(rows)) if isinstance(rows, bytes) else rows
 
     def pack(self) -> None:
         """Replace the polynomials by their contiguous doubles."""
         if not isinstance(self._rows, bytes):
-            self._length, self._rows = self.doubles()
+            self.packed_length, self._rows = self.degree + 1, self.doubles()
 
-    def doubles(self) -> tuple[int, bytes]:
-        """Return the number of coefficients of each polynomial, and the coefficients of all joints as contiguous
-        doubles, joint by joint.
-        """
+    def doubles(self) -> bytes:
+        """Return the coefficients of all joints as contiguous doubles, joint by joint."""
         rows = self._rows
         if isinstance(rows, bytes):
-            return self._length, rows
-        length = len(rows[0])
-        return length, _DOUBLES[length * len(rows)].pack(*chain.from_iterable(rows))
+            return rows
+        return _DOUBLES[len(rows[0]) * len(rows)].pack(*chain.from_iterable(rows))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, JointPath) and (
-            (self._rows, self._length) == (other._rows, other._length) or self.coefficients == other.coefficients
+            (self._rows, self.packed_length) == (other._rows, other.packed_length)
+            or self.coefficients == other.coefficients
         )
 
     def __ne__(self, other: object) -> bool:  # without it, the __ne__ of Struct would compare identities
@@ -121,7 +119,7 @@ class JointPath(Struct, eq=False, gc=False):
         """Return the joints [rad, m] at t_s + s."""
         rows = self._rows
         if isinstance(rows, bytes):
-            if len(rows) == _SIX and self._length == 3:  # the most frequent query: six joints on parabolas
+            if len(rows) == _SIX and self.packed_length == 3:  # the most frequent query: six joints on parabolas
                 p1, v1, h1, p2, v2, h2, p3, v3, h3, p4, v4, h4, p5, v5, h5, p6, v6, h6 = _six_parabolas(rows)
                 return (
                     p1 + s * (v1 + s * h1),
@@ -131,7 +129,7 @@ class JointPath(Struct, eq=False, gc=False):
                     p5 + s * (v5 + s * h5),
                     p6 + s * (v6 + s * h6),
                 )
-            degree, polynomials = self._length - 1, _DOUBLES[self._length].iter_unpack(rows)
+            degree, polynomials = self.packed_length - 1, _DOUBLES[self.packed_length].iter_unpack(rows)
         else:
             degree, polynomials = len(rows[0]) - 1, iter(rows)
         if degree == 2:  # the two most frequent degrees are written out, because this is faster
@@ -143,12 +141,12 @@ class JointPath(Struct, eq=False, gc=False):
     @property
     def joint_count(self) -> int:
         rows = self._rows
-        return len(rows) // (DOUBLE_BYTES * self._length) if isinstance(rows, bytes) else len(rows)
+        return len(rows) // (DOUBLE_BYTES * self.packed_length) if isinstance(rows, bytes) else len(rows)
 
     @property
     def degree(self) -> int:
         rows = self._rows
-        return (self._length if isinstance(rows, bytes) else len(rows[0])) - 1
+        return (self.packed_length if isinstance(rows, bytes) else len(rows[0])) - 1
 
     def velocity(self, s: float) -> Joints:
         """Return the joint velocities [rad/s, m/s] at t_s + s."""
