@@ -93,6 +93,24 @@ def test_a_packed_path_is_the_same() -> None:
     assert JointPath(((0.0,),)) == JointPath(((-0.0,),))
 
 
+@pytest.mark.parametrize("joint_count", range(1, 9))
+def test_a_path_of_lists_is_packed_as_one_of_tuples(joint_count: int) -> None:
+    for length in range(1, 7):
+        rows = [[10.0 * joint + power for power in range(length)] for joint in range(joint_count)]
+        path, kept = JointPath.make_packed(rows), JointPath(tuple(map(tuple, rows)))
+        assert path.doubles() == kept.doubles()
+        assert (path, path.packed_length, path.joint_count, path.degree) == (kept, length, joint_count, length - 1)
+
+
+@pytest.mark.parametrize("joint_count", [2, 6, 7])
+def test_polynomials_of_different_degrees_are_not_packed(joint_count: int) -> None:
+    for longer in range(joint_count):
+        for shorter in {*range(joint_count)} - {longer}:  # together as many coefficients as of one degree
+            lengths = [2 + (joint == longer) - (joint == shorter) for joint in range(joint_count)]
+            with pytest.raises(ValueError, match="polynomials of 1 and of 3 coefficients in one segment"):
+                JointPath.make_packed([[0.5] * length for length in lengths])
+
+
 NOTHING = Motion(0, MotionKind.REST, Start.AT)
 
 

@@ -74,6 +74,10 @@ class JointPath(Struct, eq=False, gc=False):
         in their number of coefficients.
         """
         length = len(rows[0])
+        if len(rows) == 6:  # six joints are by far the most frequent case
+            a, b, c, d, e, f = rows
+            if len(b) == length and len(c) == length and len(d) == length and len(e) == length and len(f) == length:
+                return cls(_DOUBLES[6 * length].pack(*a, *b, *c, *d, *e, *f), length)
         numbers: list[float] = []
         for row in rows:
             if len(row) != length:
