@@ -531,7 +531,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 65_034  # of Python, in all
+MAX_STATEMENTS = 65_036  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -540,11 +540,11 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "hatch_build": 76,
     "kinematics": 6084,
     "values": 1667,
-    "trajectory": 3466,
+    "trajectory": 3471,
     "engine": 5347,
     "language": 7610,
-    "wire": 1068,
-    "files": 3425,
+    "wire": 1070,
+    "files": 3420,
     "world": 1235,
     "devices": 962,
     "convert": 1065,
