@@ -29,7 +29,7 @@ def page() -> str:
 
 
 def _section(name: str, kind: CheckKind) -> str:
-    earns = f"Partial marks: {kind.partial}." if kind.partial else "All the points, or none."
+    earns = f"Partial marks: {kind.partial}." if kind.partial else "All points or none."
     keys = f"\n\n{_table(kind.keys)}" if kind.keys else "\n"
     return f"\n## {name}\n\nChecks {kind.what}. {earns}{keys}".rstrip() + "\n"
 

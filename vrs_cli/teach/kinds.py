@@ -266,8 +266,8 @@ _ONLY_WHERE = (
     Key("to", _known_place, "the end of that path; the tip passes both places within 1 mm", None, "end"),
     Key("holding", ExerciseText.part, "only while the hand holds this part", ""),
 )
-_NEAR = "half the points up to five times the allowed distance"
-_MORE = "half the points up to a tenth above the limit"
+_NEAR = "half of the points for up to five times the allowed distance"
+_MORE = "half of the points for up to a tenth above the limit"
 _EACH = "points in proportion to the correct items, in order"
 
 KINDS: Mapping[str, CheckKind] = {
@@ -339,7 +339,7 @@ KINDS: Mapping[str, CheckKind] = {
         checks.ClearanceCheck,
         outcomes.judge_clearance,
         "that nothing comes too close to the arm",
-        "half the points for half the distance",
+        "half of the points for at least half the distance",
         (Key("mm", _millimetres, "the smallest allowed distance [mm]", REQUIRED), _ALLOW),
     ),
     "speed": CheckKind(
