@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from tests.language.running import StillRobot, environment_with, program
 from vrs_cli.errors import UndefinedName
-from vrs_cli.language.run.effects import Budget, CycleBegins, Failed, ProgramCompleted
+from vrs_cli.language.run.effects import Budget, CycleBegins, Failed, ProgramCompleted, Type
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.words.values import Kind
@@ -124,6 +124,15 @@ def seen(environment: Environment, task: Task) -> tuple[object, ...]:
     return task.stack, task.steps_done, task.state, task.source, task.is_over, repr(values), repr(own)
 
 
+def change(environment: Environment, text: str, random: Random) -> None:
+    """Give the environment another version of one program, or delete it."""
+    name = random.choice(NAMES)
+    if random.random() < 0.7:
+        environment.programs[name] = environment_with(text.replace("x", "y")).programs[name]
+    else:
+        environment.programs.pop(name, None)
+
+
 def history(text: str, seed: int, direct: bool) -> list[tuple[object, ...]]:
     """What is seen after each turn of random length; failed steps are repeated or passed over."""
     random = Random(seed)
@@ -134,7 +143,7 @@ def history(text: str, seed: int, direct: bool) -> list[tuple[object, ...]]:
         environment = environment_with(text)
         task = Task(environment, StillRobot(), "main", cycles=2)
         turns = list[tuple[object, ...]]()
-        for turn in range(MOST_EVENTS):
+        for _ in range(MOST_EVENTS):
             event = task.resume(budget=random.choice(budgets))
             found = str(event.error) if isinstance(event, Failed) else type(event).__name__
             turns.append((found, *seen(environment, task), task.fault))
@@ -144,8 +153,8 @@ def history(text: str, seed: int, direct: bool) -> list[tuple[object, ...]]:
                 task.retry()
             if random.random() < 0.1:
                 task.reactions.note_change(1001, True)
-            if turn == MOST_EVENTS // 4 and random.random() < 0.3:  # another version of a program
-                environment.programs |= environment_with(text.replace("x = 1", "x = 2")).programs
+            if random.random() < 0.1:
+                change(environment, text, random)
         return turns
 
 
@@ -205,6 +214,19 @@ def test_a_program_that_is_replaced_or_deleted_is_not_called_any_more() -> None:
     assert isinstance(event, Failed)
     assert isinstance(event.error, UndefinedName)
     assert environment.reference("x").value() == 305.0
+
+
+def test_a_subroutine_calls_the_new_version_of_a_program_that_types() -> None:
+    def typed() -> list[str]:
+        task = Task(environment, StillRobot(), "main")
+        events = iter(task.resume, ProgramCompleted(1))
+        return [event.text for event in events if isinstance(event, Type)]
+
+    text = program("FOR i = 1 TO 4", "CALL one", "END") + program("CALL two", name="one")
+    environment = environment_with(text + program('TYPE "old"', name="two"))
+    assert typed() == ["old"] * 4
+    environment.programs |= environment_with(program('TYPE "new"', name="two")).programs
+    assert typed() == ["new"] * 4
 
 
 @given(st.integers(0, 2**32))

@@ -240,7 +240,7 @@ class Executable:
             if direct is None and self.__dict__.get("direct") is not None:
                 # callers must not use the direct function of this program any more, because it now calls a program
                 # that may wait
-                self._memory.programs.unbind()
+                self._memory.programs.unbind(self.calls)
             if direct is None:
                 self.direct = None
             self.calls[site] = by_task if direct is None else direct.function, callee

@@ -287,11 +287,12 @@ class Programs(UserDict[str, StoredProgram]):
         self.bound: list[list[Bound]] = []
         super().__init__(*programs)
 
-    def unbind(self) -> None:
-        """Unbind all calls, so that each call looks up its program again."""
+    def unbind(self, *binding: list[Bound]) -> None:
+        """Unbind all calls, so that each call looks up its program again. `binding`: lists in which the caller binds a
+        CALL next."""
         for calls in self.bound:
             calls[:] = [NOT_BOUND] * len(calls)
-        self.bound.clear()
+        self.bound[:] = binding
 
     def __setitem__(self, key: str, stored: StoredProgram) -> None:
         self.unbind()
