@@ -17,8 +17,10 @@ from tests.examples import examples
 from tests.language.running import StillRobot, environment_with, program
 from vrs_cli.errors import UndefinedName
 from vrs_cli.language.run.effects import Budget, CycleBegins, Failed, ProgramCompleted, Type
-from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.run.environment import MAX_BOUND, Environment
+from vrs_cli.language.run.runtime import Task, statement_task
+from vrs_cli.language.text.ast import DoInstruction
+from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.values import Kind
 
 MOST_EVENTS = 400
@@ -158,9 +160,9 @@ def history(text: str, seed: int, direct: bool) -> list[tuple[object, ...]]:
         return turns
 
 
-def calls(text: str) -> int:
-    """The number of Python functions that are called while a program runs."""
-    task = Task(environment_with(text), StillRobot(), "main")
+def calls(environment: Environment) -> int:
+    """The number of Python functions that are called while the program main runs."""
+    task = Task(environment, StillRobot(), "main")
     counted = list[str]()
 
     def count(frame: FrameType, event: str, _argument: object) -> None:
@@ -188,7 +190,8 @@ def calls(text: str) -> int:
 )
 def test_a_call_calls_few_functions(call: str, callee: str, most: int) -> None:
     fewer, more = (
-        calls(program("x = 1", '$s = ""', f"FOR i = 1 TO {count}", call, "END") + callee) for count in (10, 110)
+        calls(environment_with(program("x = 1", '$s = ""', f"FOR i = 1 TO {count}", call, "END") + callee))
+        for count in (10, 110)
     )
     assert (more - fewer) / 100 <= most
 
@@ -227,6 +230,20 @@ def test_a_subroutine_calls_the_new_version_of_a_program_that_types() -> None:
     assert typed() == ["old"] * 4
     environment.programs |= environment_with(program('TYPE "new"', name="two")).programs
     assert typed() == ["new"] * 4
+
+
+def test_calls_are_as_fast_after_many_lines_with_a_call() -> None:
+    text = program("FOR i = 1 TO 100", "CALL one", "END") + program(name="one")
+    environment = environment_with(text)
+    parsed = parse_prompt("DO CALL one")
+    assert isinstance(parsed, DoInstruction)
+    assert parsed.statement is not None
+    for _ in range(MAX_BOUND + 2):
+        task = statement_task(environment, StillRobot(), parsed.statement)
+        assert isinstance(task.resume(), ProgramCompleted)
+        task.close()
+    calls(environment)  # compiles the programs
+    assert calls(environment) < 200
 
 
 @given(st.integers(0, 2**32))

@@ -79,8 +79,9 @@ NO_LOCATION.others = ref(_ANY_REAL)
 
 def overflow(error: ArithmeticError) -> ArithmeticOverflow:
     """Convert an arithmetic error of Python to an error of VAL-II."""
-    divides = isinstance(error, ZeroDivisionError)
-    return ArithmeticOverflow("division by zero" if divides else "the result is too large for a real")
+    return ArithmeticOverflow(
+        "division by zero" if isinstance(error, ZeroDivisionError) else "the result is too large for a real"
+    )
 
 
 def guard(condition: Callable[[], float | bool]) -> Callable[[], bool]:
@@ -110,7 +111,9 @@ class Unset:
 
 
 UNSET = Unset()
-MAX_BOUND = 200  # above this number of bound calls, no more direct functions are bound; this limits how deep they nest
+MAX_BOUND = (
+    200  # with more programs that have bound calls, no direct functions are bound; this limits how deep they nest
+)
 
 # Functions that carry out instructions. They take the values of the operands, and return the requests and effects that
 # the program yields. They themselves change variables, signals and timers.
@@ -233,14 +236,14 @@ class Executable:
         function, callee = self.calls[site]
         if callee is None:
             callee = self._memory.executable(self._memory.program(name))
-            self._memory.programs.bound.append(self.calls)
+            self._memory.programs.bound.add(self)
             self.calls[site] = function, callee
         elif function is not_bound:
             direct = callee.direct if self._direct_calls(site, callee) else None
             if direct is None and self.__dict__.get("direct") is not None:
                 # callers must not use the direct function of this program any more, because it now calls a program
                 # that may wait
-                self._memory.programs.unbind(self.calls)
+                self._memory.programs.unbind(self)
             if direct is None:
                 self.direct = None
             self.calls[site] = by_task if direct is None else direct.function, callee

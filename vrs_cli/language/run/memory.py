@@ -7,6 +7,7 @@ from collections import UserDict
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
+from weakref import WeakSet
 
 from msgspec import Struct, field
 
@@ -280,19 +281,19 @@ NOT_BOUND: Bound = (not_bound, None)
 
 
 class Programs(UserDict[str, StoredProgram]):
-    """The programs in a memory, by key. `bound`: the lists `Executable.calls` that have a CALL bound to the program
-    that it calls. Every change to the programs unbinds all calls, because a CALL may now mean another program."""
+    """The programs in a memory, by key. `bound`: the Executables that have a CALL bound to the program that it calls.
+    Every change to the programs unbinds all calls, because a CALL may now mean another program."""
 
     def __init__(self, *programs: Mapping[str, StoredProgram]) -> None:
-        self.bound: list[list[Bound]] = []
+        self.bound: WeakSet[Any] = WeakSet()  # weak, because each line typed at the prompt has an Executable
         super().__init__(*programs)
 
-    def unbind(self, *binding: list[Bound]) -> None:
-        """Unbind all calls, so that each call looks up its program again. `binding`: lists in which the caller binds a
-        CALL next."""
-        for calls in self.bound:
-            calls[:] = [NOT_BOUND] * len(calls)
-        self.bound[:] = binding
+    def unbind(self, *binding: Any) -> None:
+        """Unbind all calls, so that each call looks up its program again. `binding`: Executables in which the caller
+        binds a CALL next."""
+        for executable in self.bound:
+            executable.calls[:] = [NOT_BOUND] * len(executable.calls)
+        self.bound = WeakSet(binding)
 
     def __setitem__(self, key: str, stored: StoredProgram) -> None:
         self.unbind()
