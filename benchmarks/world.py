@@ -11,7 +11,7 @@ from benchmarks.timeline import cpu
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.language.run.signals import Cell
-from vrs_cli.values.world import Beam, BoxShape, CellScene, Fixture, ScenePart, Sensor
+from vrs_cli.values.scene import Beam, BoxShape, CellScene, Fixture, ScenePart, Sensor
 from vrs_cli.world.course import World
 
 COLUMNS, ROWS = 40, 25  # of parts, 20 mm wide

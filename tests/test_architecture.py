@@ -138,6 +138,11 @@ DEFERRED = (
         ("vrs_cli.devices.arrivals", "vrs_cli.engine.clock"),
         "types of arguments of subclasses",
     ),
+    Deferred(
+        ("contacts/watch.py", "engine/feed.py", "interfaces/station", "trajectory/timeline.py"),
+        ("vrs_cli.values.scene", "vrs_cli.values.world"),
+        "types of arguments, and few runs have a scene",
+    ),
     Deferred(("contacts/watch.py",), ("vrs_cli.extras",), "only messages need it"),
     Deferred(("cli/kinds.py",), ("ipaddress", "datetime"), "few runs have a network or make tokens"),
     Deferred(("language/run/environment.py",), ("vrs_cli.language.compile.direct",), "few programs CALL others"),
@@ -175,6 +180,7 @@ DEFERRED = (
     Deferred(
         ("kinematics/model.py", "language/run/memory.py"), ("random",), "few programs and robots need random numbers"
     ),
+    Deferred(("kinematics",), ("vrs_cli.kinematics.formula",), "motions of joints need no forms of the formula"),
     Deferred(("kinematics/formula.py",), ("inspect",), "it loads the parts of a compiler, and short runs need none"),
     Deferred(("interfaces/dialogue.py",), ("tempfile", "traceback"), "few processes have internal errors"),
     Deferred(("interfaces/users.py",), ("vrs_cli.values.acts",), "types of arguments"),

@@ -23,17 +23,8 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, rotation_about, translation
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import JointTarget, Move, PoseTarget
-from vrs_cli.values.world import (
-    BoxShape,
-    CellScene,
-    Contact,
-    CylinderShape,
-    Fixture,
-    MeshShape,
-    ScenePart,
-    Shape,
-    SphereShape,
-)
+from vrs_cli.values.scene import BoxShape, CellScene, CylinderShape, Fixture, MeshShape, ScenePart, Shape, SphereShape
+from vrs_cli.values.world import Contact
 
 GREY = (0.5, 0.5, 0.5)
 TICK = 5e-4  # [s] between two poses that are looked at

@@ -17,7 +17,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, translation
 from vrs_cli.values.commands import JointTarget, Move, PoseTarget
-from vrs_cli.values.world import BoxShape, CellScene, Fixture, ScenePart, Shape, SphereShape
+from vrs_cli.values.scene import BoxShape, CellScene, Fixture, ScenePart, Shape, SphereShape
 
 GREY = (0.5, 0.5, 0.5)
 PLANAR = "planar2"

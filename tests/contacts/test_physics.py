@@ -25,7 +25,7 @@ from vrs_cli.kinematics.transform import (
     rotation_z,
     translation,
 )
-from vrs_cli.values.world import Beam, BoxShape, CylinderShape, MeshShape, SphereShape
+from vrs_cli.values.scene import Beam, BoxShape, CylinderShape, MeshShape, SphereShape
 from vrs_cli.world.solids import Solid as WorldSolid
 from vrs_cli.world.solids import separation, solids_of
 

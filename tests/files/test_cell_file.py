@@ -18,7 +18,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.transform import from_oat, translation
 from vrs_cli.values.replies import SignalTable
-from vrs_cli.values.world import (
+from vrs_cli.values.scene import (
     Beam,
     BoxShape,
     CylinderShape,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.values.world import Beam, BoxShape, CylinderShape, Proximity, Shape, SphereShape, Zone
+from vrs_cli.values.scene import Beam, BoxShape, CylinderShape, Proximity, Shape, SphereShape, Zone
 
 Points = NDArray[np.float64]
 GOLDEN = 0.3819660112501051

@@ -12,7 +12,7 @@ from tests.world.oracle import gap
 from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.kinematics.transform import Transform, Vector, compose, from_oat, position
 from vrs_cli.language.run.signals import Cell
-from vrs_cli.values.world import (
+from vrs_cli.values.scene import (
     Beam,
     BoxShape,
     CellScene,

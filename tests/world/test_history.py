@@ -6,7 +6,8 @@ import pytest
 
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, translation
-from vrs_cli.values.world import BodyCrosses, BoxShape, CellScene, PartComes, PartsGo
+from vrs_cli.values.scene import BoxShape, CellScene
+from vrs_cli.values.world import BodyCrosses, PartComes, PartsGo
 from vrs_cli.world.history import WorldHistory, below, floor_height, is_balanced
 from vrs_cli.world.solids import Bounds, Solids, bounds, solids_of
 

@@ -18,7 +18,7 @@ from vrs_cli.kinematics.transform import (
     rotation_z,
     translation,
 )
-from vrs_cli.values.world import Beam, BoxShape, CylinderShape, MeshShape, Shape, SphereShape, Zone
+from vrs_cli.values.scene import Beam, BoxShape, CylinderShape, MeshShape, Shape, SphereShape, Zone
 from vrs_cli.world.sensing import Region, clearance
 from vrs_cli.world.solids import bounds, drop, point_apart, point_drop, separation, solids_of, spread
 

@@ -25,7 +25,8 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.transform import Vector, compose, inverse, length, moved_point
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.world import CellScene, Contact
+from vrs_cli.values.scene import CellScene
+from vrs_cli.values.world import Contact
 from vrs_cli.world.course import WorldCourse
 from vrs_cli.world.history import floor_height
 

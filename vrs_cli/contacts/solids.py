@@ -21,7 +21,7 @@ from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.bodies import capsules, shapes_of
 from vrs_cli.kinematics.link_data import Body, Box, Capsule, Cylinder, LinkShape, MeshFile, Opening, Slab
 from vrs_cli.kinematics.model import RobotModel, frame
-from vrs_cli.values.world import BoxShape, CylinderShape, MeshShape, Shape, SphereShape
+from vrs_cli.values.scene import BoxShape, CylinderShape, MeshShape, Shape, SphereShape
 
 AROUND = 24  # number of points that approximate a circle in a hull
 OUTSIDE = 1.0 / cos(pi / AROUND)  # circumradius of the regular polygon divided by the radius of the circle inside it

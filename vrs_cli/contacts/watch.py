@@ -16,10 +16,11 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import CollisionAhead, IllegalValue, MotionError
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import HAND, MotionKind, Move
-from vrs_cli.values.world import CellScene, Contact
 
 if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker
+    from vrs_cli.values.scene import CellScene
+    from vrs_cli.values.world import Contact
     from vrs_cli.world.course import World
 
 
@@ -41,9 +42,8 @@ class ContactWatch:
         self._engine, self._around, self._tell = engine, around, tell
         self.checker: Checker | None = None
         self._missing = False  # whether the user was informed that MuJoCo is missing
-        self.contacts = deque[tuple[str, Contact]](
-            maxlen=MAX_CONTACTS
-        )  # reported contacts, with the descriptions of their motions
+        # reported contacts, with the descriptions of their motions
+        self.contacts: deque[tuple[str, Contact]] = deque(maxlen=MAX_CONTACTS)
         self._number = 0  # number of the motion whose contact was reported last
         engine.checks.append(self.check)
 

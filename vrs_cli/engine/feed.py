@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from math import inf
 from threading import Lock
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 from weakref import WeakSet
 
 from msgspec import Struct
@@ -23,7 +23,9 @@ from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import Event
-from vrs_cli.values.world import WorldState
+
+if TYPE_CHECKING:
+    from vrs_cli.values.world import WorldState
 
 MAX_WAITING_EVENTS = 1000  # maximum number of events that wait for one subscriber
 E = TypeVar("E")

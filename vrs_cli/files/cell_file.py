@@ -71,7 +71,7 @@ from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.language.words.instructions import RESERVED, why_reserved
 from vrs_cli.language.words.values import OUTPUTS, STRING_LENGTH
-from vrs_cli.values import world
+from vrs_cli.values import scene as scenes
 from vrs_cli.values.numbers import LIMIT
 
 MAX_BODIES = 5000  # maximum number of parts and fixtures together
@@ -93,7 +93,7 @@ SENSOR_KEYS: Mapping[str, tuple[str, ...]] = {
     "box": ("at", "size"),
     "proximity": ("at", "direction", "range", "radius"),
 }
-COLOURS: Mapping[str, world.Colour] = {
+COLOURS: Mapping[str, scenes.Colour] = {
     "red": (0.80, 0.15, 0.15),
     "orange": (0.93, 0.52, 0.13),
     "yellow": (0.93, 0.79, 0.18),
@@ -117,17 +117,17 @@ class _SceneReader:
     def __init__(self, text: CellText, given: Mapping[str, Any]) -> None:
         self._text, self._given = text, given
         self._names, self._parts, self._fed = {"floor"}, set[str](), set[str]()
-        self._meshes: dict[tuple[str, float], world.MeshShape] = {}
+        self._meshes: dict[tuple[str, float], scenes.MeshShape] = {}
         self._points = self._bytes = 0
         bodies = sum(len(rows) for key in ("part", "fixture") if isinstance(rows := given.get(key), list))
         if bodies > MAX_BODIES:
             text.fault(text.whole, "part", f"{bodies} parts and fixtures, at most {MAX_BODIES} are read")
-            self.scene = world.CellScene()
+            self.scene = scenes.CellScene()
             return
         parts = self._each("part", (*_BODY_KEYS, "mass", "grasp"), self._part)
         fixtures = self._each("fixture", _BODY_KEYS, self._fixture)
         self._parts = {part.name for part in parts}
-        self.scene = world.CellScene(
+        self.scene = scenes.CellScene(
             parts,
             fixtures,
             self._each("sensor", _SENSOR_KEYS, self._sensor),
@@ -143,17 +143,17 @@ class _SceneReader:
 
     # --- bodies ---
 
-    def _part(self, entry: CellEntry) -> world.ScenePart:
+    def _part(self, entry: CellEntry) -> scenes.ScenePart:
         text, at = self._text, self._text.pose(entry, "at")
         mass = entry.given.get("mass", 0.1)
         if type(mass) not in (int, float) or not 0.0 < mass <= MAX_PART_MASS_KG:
             text.fault(entry, "mass", f"a mass is more than 0 and at most {MAX_PART_MASS_KG:g} kg")
-        return world.ScenePart(
+        return scenes.ScenePart(
             self._name(entry), self._shape(entry), at, self._colour(entry, "orange"), mass, self._grasps(entry)
         )
 
-    def _fixture(self, entry: CellEntry) -> world.Fixture:
-        return world.Fixture(
+    def _fixture(self, entry: CellEntry) -> scenes.Fixture:
+        return scenes.Fixture(
             self._name(entry), self._shape(entry), self._text.pose(entry, "at"), self._colour(entry, "grey")
         )
 
@@ -171,22 +171,22 @@ class _SceneReader:
         self._names.add(name)
         return name
 
-    def _shape(self, entry: CellEntry) -> world.Shape:
+    def _shape(self, entry: CellEntry) -> scenes.Shape:
         """Read the shape of a part or fixture. If it is wrong, report the mistake and return an arbitrary box."""
         text, kind = self._text, self._text.one_of(entry, "shape", SHAPE_KEYS)
         self._refuse_others(entry, kind, SHAPE_KEYS, "shape")
         match kind:
             case "box":
-                return world.BoxShape(text.size(entry))
+                return scenes.BoxShape(text.size(entry))
             case "cylinder":
-                return world.CylinderShape(text.length(entry, "radius"), text.length(entry, "height"))
+                return scenes.CylinderShape(text.length(entry, "radius"), text.length(entry, "height"))
             case "sphere":
-                return world.SphereShape(text.length(entry, "radius"))
+                return scenes.SphereShape(text.length(entry, "radius"))
             case "mesh":
                 return self._mesh(entry)
         return _UNIT
 
-    def _mesh(self, entry: CellEntry) -> world.Shape:
+    def _mesh(self, entry: CellEntry) -> scenes.Shape:
         """Read the mesh that a part or fixture names; each mesh file is read only once."""
         text, file, scale = self._text, entry.given.get("file"), entry.given.get("scale", 1.0)
         if not isinstance(file, str):
@@ -202,7 +202,7 @@ class _SceneReader:
                 return _UNIT
             try:
                 self._bytes += check(text.beside(file), min(MAX_MESH_FILE_BYTES, MAX_ALL_MESH_BYTES - self._bytes))
-                known = world.MeshShape(convex_pieces(text.beside(file), scale), file)
+                known = scenes.MeshShape(convex_pieces(text.beside(file), scale), file)
             except FileError as error:
                 text.fault(entry, "file", f"{error.detail}" + (f"; {error.hint}" if error.hint else ""))
                 return _UNIT
@@ -223,7 +223,7 @@ class _SceneReader:
         for key in sorted(others & entry.given.keys() if kind else ()):
             self._text.fault(entry, key, f"a {what} of kind {kind} has {', '.join(own)}")
 
-    def _colour(self, entry: CellEntry, default: str) -> world.Colour:
+    def _colour(self, entry: CellEntry, default: str) -> scenes.Colour:
         given = entry.given.get("colour", default)
         if isinstance(given, str) and given in COLOURS:
             return COLOURS[given]
@@ -233,7 +233,7 @@ class _SceneReader:
         self._text.fault(entry, "colour", f"one of {', '.join(COLOURS)}, or [red, green, blue] from 0 to 1")
         return COLOURS[default]
 
-    def _grasps(self, entry: CellEntry) -> tuple[world.GraspPlace, ...]:
+    def _grasps(self, entry: CellEntry) -> tuple[scenes.GraspPlace, ...]:
         given = entry.given.get("grasp", [])
         if not isinstance(given, list) or len(given) > MAX_GRASPS or not all(isinstance(one, dict) for one in given):
             self._text.fault(
@@ -244,37 +244,37 @@ class _SceneReader:
         for one in given:
             inner = CellEntry(f"{entry.name}grasp: ", self._text.lines_from(entry, "grasp"), one)
             self._text.check_keys(inner, ("at", "width"))
-            found.append(world.GraspPlace(self._text.place(inner, "at"), self._text.length(inner, "width")))
+            found.append(scenes.GraspPlace(self._text.place(inner, "at"), self._text.length(inner, "width")))
         return tuple(found)
 
     # --- sensors ---
 
-    def _sensor(self, entry: CellEntry) -> world.Sensor:
+    def _sensor(self, entry: CellEntry) -> scenes.Sensor:
         text = self._text
         kind = text.one_of(entry, "kind", SENSOR_KEYS)
         self._refuse_others(entry, kind, SENSOR_KEYS, "sensor")
-        region: world.Beam | world.Zone | world.Proximity = world.Zone(IDENTITY, (1.0, 1.0, 1.0))
+        region: scenes.Beam | scenes.Zone | scenes.Proximity = scenes.Zone(IDENTITY, (1.0, 1.0, 1.0))
         match kind:
             case "beam":
-                region = world.Beam(
+                region = scenes.Beam(
                     text.place(entry, "from"), text.place(entry, "to"), text.length(entry, "radius", 0.5)
                 )
             case "box":
-                region = world.Zone(text.pose(entry, "at"), text.size(entry))
+                region = scenes.Zone(text.pose(entry, "at"), text.size(entry))
             case "proximity":
                 way, far = text.direction(entry, "direction"), text.length(entry, "range")
-                region = world.Proximity(text.place(entry, "at"), way, far, text.length(entry, "radius", 0.5))
+                region = scenes.Proximity(text.place(entry, "at"), way, far, text.length(entry, "radius", 0.5))
         name = entry.given.get("name")
         if not isinstance(name, str) or _NAME.fullmatch(name) is None:
             text.fault(entry, "name", "a name, such as at.feeder")
             name = ""
         signal = text.input_signal(entry, "signal") or 0
         text.claim(entry, "signal", signal)
-        return world.Sensor(name.lower(), signal, region)
+        return scenes.Sensor(name.lower(), signal, region)
 
     # --- feeders and sinks ---
 
-    def _feeder(self, entry: CellEntry) -> world.Feeder:
+    def _feeder(self, entry: CellEntry) -> scenes.Feeder:
         text, given = self._text, entry.given.get("parts")
         if not isinstance(given, list) or not given or not all(isinstance(one, str) for one in given):
             text.fault(entry, "parts", 'a list of names of parts, such as ["box", "ring"]')
@@ -289,25 +289,25 @@ class _SceneReader:
             self._fed.add(name)
         at = text.pose(entry, "at") if "at" in entry.given else None
         when, after = text.signal(entry, "when") or 0, text.seconds(entry, "after") or 0.0
-        return world.Feeder(parts, when, after, at, text.switch(entry, "again"))
+        return scenes.Feeder(parts, when, after, at, text.switch(entry, "again"))
 
-    def _sink(self, entry: CellEntry) -> world.PartSink:
+    def _sink(self, entry: CellEntry) -> scenes.PartSink:
         text = self._text
-        zone = world.Zone(text.pose(entry, "at"), text.size(entry))
-        return world.PartSink(text.signal(entry, "when") or 0, zone, text.seconds(entry, "after") or 0.0)
+        zone = scenes.Zone(text.pose(entry, "at"), text.size(entry))
+        return scenes.PartSink(text.signal(entry, "when") or 0, zone, text.seconds(entry, "after") or 0.0)
 
     # --- hand and floor ---
 
-    def _gripper(self) -> world.Gripper:
+    def _gripper(self) -> scenes.Gripper:
         text, given = self._text, self._given.get("hand", {})
         if not isinstance(given, dict):
             text.fault(text.whole, "hand", "write [hand], and below it opening = 100")
-            return world.Gripper()
+            return scenes.Gripper()
         entry = text.entry("hand", given, ("opening", "tolerance", "size", "signal"))
-        plain = world.Gripper()
+        plain = scenes.Gripper()
         signal = (text.input_signal(entry, "signal") or 0) if "signal" in given else 0
         text.claim(entry, "signal", signal)
-        return world.Gripper(
+        return scenes.Gripper(
             text.length(entry, "opening") if "opening" in given else plain.opening,
             text.length(entry, "tolerance", 1e3 * plain.tolerance),
             text.size(entry) if "size" in given else plain.size,
@@ -324,7 +324,7 @@ class _SceneReader:
         return float(given) / 1000.0
 
 
-_UNIT = world.BoxShape((1.0, 1.0, 1.0))  # stands for a shape that has mistakes
+_UNIT = scenes.BoxShape((1.0, 1.0, 1.0))  # stands for a shape that has mistakes
 
 
 KEYS = ("when", "set", "after", "lasting", "variables", "rows", "again")

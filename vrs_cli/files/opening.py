@@ -10,6 +10,7 @@ import errno
 import os
 import stat
 import time
+from codecs import BOM_UTF8
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import BufferedReader, RawIOBase
@@ -52,7 +53,7 @@ def stamp(path: str | Path) -> tuple[int, ...]:
 def text_of(content: bytes) -> str:
     """Decode bytes as UTF-8, or as Latin-1 if they are not valid UTF-8."""
     try:
-        return content.decode("utf-8-sig")
+        return content.removeprefix(BOM_UTF8).decode("utf-8")  # loads no further codec, as "utf-8-sig" would
     except UnicodeDecodeError:
         return content.decode("latin-1")
 
@@ -66,7 +67,7 @@ def text_at(path: str, most: int = -1) -> str:
             content = stream.read(most + 1 if most >= 0 else -1)
         if 0 <= most < len(content):
             raise NonexistentFile(f"{path} cannot be read: more than {most} bytes")
-        return content.decode("utf-8-sig")
+        return content.removeprefix(BOM_UTF8).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) and error.strerror else "it is no text"
         raise NonexistentFile(f"{path} cannot be read: {why}") from None

@@ -608,3 +608,27 @@ def _within(x: float, low: float, high: float) -> float | None:
     rounding (LIMIT_TOLERANCE) becomes the limit.
     """
     return min(max(x, low), high) if low - LIMIT_TOLERANCE <= x <= high + LIMIT_TOLERANCE else None
+
+
+class FormulaArm(RobotArm):
+    """An arm with a closed-form inverse.
+
+    `formula`: the function of inverse kinematics in one configuration; it requires poses that `unchanging` allows.
+    `step_names`: the variables of the formula that `render/symbols.py` shows to users.
+    """
+
+    formula: Branch
+    step_names: tuple[str, ...]
+
+    def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:
+        from vrs_cli.kinematics.formula import steps_of  # imported here because only EXPLAIN shows steps
+
+        return steps_of(self.formula, self.step_names, T, configuration, near) if self.unchanging.allows(T) else {}
+
+    @cached_property
+    def batch(self) -> SerialBatch:
+        # imported here because it loads numpy, which would take longer than the rest of the start-up of a shell
+        from vrs_cli.kinematics.formula import over_arrays
+        from vrs_cli.kinematics.serial_batch import SerialBatch
+
+        return SerialBatch(self.model, self.ways, self.unchanging, over_arrays(self.formula))

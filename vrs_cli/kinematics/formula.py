@@ -13,41 +13,17 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import deepcopy
-from functools import cache, cached_property, reduce
+from functools import cache, reduce
 from math import inf, pi
 from textwrap import dedent
 from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any, cast
 
-from vrs_cli.kinematics.arm import Branch, RobotArm
-from vrs_cli.kinematics.joints import ARM, ELBOW, TURN, WRIST, Configuration, Joints, Steps
+from vrs_cli.kinematics.joints import ARM, ELBOW, TURN, WRIST, Joints, Steps
 from vrs_cli.kinematics.transform import Transform
 
 if TYPE_CHECKING:
     from inspect import ClosureVars
-
-    from vrs_cli.kinematics.serial_batch import SerialBatch
-
-
-class FormulaArm(RobotArm):
-    """An arm with a closed-form inverse.
-
-    `formula`: the function of inverse kinematics in one configuration; it requires poses that `unchanging` allows.
-    `step_names`: the variables of the formula that `render/symbols.py` shows to users.
-    """
-
-    formula: Branch
-    step_names: tuple[str, ...]
-
-    def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:
-        return steps_of(self.formula, self.step_names, T, configuration, near) if self.unchanging.allows(T) else {}
-
-    @cached_property
-    def batch(self) -> SerialBatch:
-        # imported here because it loads numpy, which would take longer than the rest of the start-up of a shell
-        from vrs_cli.kinematics.serial_batch import SerialBatch
-
-        return SerialBatch(self.model, self.ways, self.unchanging, over_arrays(self.formula))
 
 
 def interpreted(function: Callable[..., Any]) -> Callable[..., Any]:

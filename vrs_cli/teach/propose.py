@@ -35,7 +35,7 @@ from vrs_cli.teach.tip import greatest
 from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import count
-from vrs_cli.values.world import Fixture
+from vrs_cli.values.scene import Fixture
 from vrs_cli.world.settings import WorldSettings
 
 NEAR = 1e-4  # [m] maximum distance between the tool and a location that counts as reached

@@ -27,7 +27,7 @@ from vrs_cli.language.words.values import key_of
 from vrs_cli.teach.exercise_text import ExerciseText, item_of_text
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.numbers import LIMIT, Value
-from vrs_cli.values.world import Beam, Feeder, Proximity, Sensor, Zone
+from vrs_cli.values.scene import Beam, Feeder, Proximity, Sensor, Zone
 
 GROUP_KEYS = ("move", "by", "turn", "later", "value", "shuffle")
 MM_STEP, DEG_STEP, S_STEP, VALUE_STEP = 0.01, 0.01, 0.001, 0.001

@@ -16,14 +16,16 @@ from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from itertools import accumulate, chain, groupby, islice, zip_longest
 from math import inf
-from typing import Any, NamedTuple, Protocol, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, overload
 
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.rope import Leaf, OffsetNode, RowPart
 from vrs_cli.trajectory.row import EventRow, Row
 from vrs_cli.trajectory.segment import PackedMotion, Path, Segment
 from vrs_cli.values.commands import Event, EventEdit, Motion
-from vrs_cli.values.world import WorldState
+
+if TYPE_CHECKING:
+    from vrs_cli.values.world import WorldState
 
 PART = 128  # number of deltas in one part of a delta log
 MAX_KEPT_READS = 4  # number of segments that a timeline keeps after they were read

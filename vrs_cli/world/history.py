@@ -13,7 +13,8 @@ from vrs_cli.kinematics.bodies import shapes_of
 from vrs_cli.kinematics.link_data import Box, MeshFile
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, moved_point
-from vrs_cli.values.world import CellScene, Happening
+from vrs_cli.values.scene import CellScene
+from vrs_cli.values.world import Happening
 from vrs_cli.world.solids import Bounds, Solids, bounds, drop, overlap, point_drop
 
 # keys under which a history stores its rows

@@ -28,7 +28,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, derivative_at, value
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.values.commands import Frames
-from vrs_cli.values.world import Beam, Proximity, Zone
+from vrs_cli.values.scene import Beam, Proximity, Zone
 from vrs_cli.world.solids import Solid, Solids, frame_of, separation, solids_of
 
 GRAVITY = 9.81  # [m/s2] acceleration of gravity

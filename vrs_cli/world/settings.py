@@ -11,6 +11,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Transform, Vector, dot, moved_point, position, translation, vector_difference
 from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.language.words.values import INPUTS, INTERNAL
+from vrs_cli.values import scene as scenes
 from vrs_cli.values import world
 from vrs_cli.world.history import CHANGES, FALLS, GRIPS, SEES, WorldHistory, below_in, floor_height, lift, put
 from vrs_cli.world.sensing import Region, SeenBody, Sensing
@@ -31,7 +32,7 @@ class WorldSettings:
         self.arm, self.scene = arm, scene
         self.opening = scene.gripper.opening or arm.model.hand_width or OPENING
         self.floor = floor_height(scene, arm.model)
-        self.parts: dict[str, world.ScenePart] = {part.name: part for part in scene.parts}
+        self.parts: dict[str, scenes.ScenePart] = {part.name: part for part in scene.parts}
         self.solids: dict[str, Solids] = {part.name: solids_of(part.shape) for part in scene.parts}
         self.fed = frozenset(name for feeder in scene.feeders for name in feeder.parts)
         self.solids |= {one.name: solids_of(one.shape) for one in scene.fixtures}
@@ -42,7 +43,7 @@ class WorldSettings:
             put(self.at_start, name, self.solids[name], self.parts[name].T_world_part)
         self._stood_on: dict[str, str] = {}
         self.hand = SeenBody(FINGERS, translation(0.0, 0.0, -0.5 * scene.gripper.size[2]), at_tool=True)
-        bodies = {**self.solids, FINGERS: solids_of(world.BoxShape(scene.gripper.size))}
+        bodies = {**self.solids, FINGERS: solids_of(scenes.BoxShape(scene.gripper.size))}
         self.sensing = Sensing(arm, bodies, tuple(Region.of(sensor.region) for sensor in scene.sensors))
         self.sinks = [(sink.zone.T_world_zone, Region.of(sink.zone)) for sink in scene.sinks]
         self.rules = defaultdict[int, list[tuple[int, Follow]]](list)
@@ -125,7 +126,7 @@ def add_grip(history: WorldHistory, settings: WorldSettings) -> None:
 
 
 def _hold_of(
-    part: world.ScenePart, solids: Solids, T: Transform, tip: Vector, axis: Vector
+    part: scenes.ScenePart, solids: Solids, T: Transform, tip: Vector, axis: Vector
 ) -> tuple[float, float, float]:
     """Return the distance between the tool tip and the nearest point at which the part can be gripped, and the two ends
     of the part at this point along the closing axis, relative to the tip [m]."""

@@ -22,7 +22,7 @@ from vrs_cli.kinematics.transform import (
     scaled_vector,
     vector_difference,
 )
-from vrs_cli.values.world import Beam, BoxShape, CylinderShape, MeshShape, Proximity, Shape, SphereShape, Zone
+from vrs_cli.values.scene import Beam, BoxShape, CylinderShape, MeshShape, Proximity, Shape, SphereShape, Zone
 
 MAX_STEPS = 64  # maximum number of search steps: smooth solids take about twenty, others about five
 CLOSE = 1e-12  # [m] tolerance at which a search ends

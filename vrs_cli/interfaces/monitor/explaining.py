@@ -28,7 +28,7 @@ from vrs_cli.language.text import ast, parser, printer
 from vrs_cli.language.words import monitor, values
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import acts, commands, replies, results
-from vrs_cli.values import world as cells
+from vrs_cli.values import scene as scenes
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World, WorldCourse
@@ -99,7 +99,7 @@ def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector])
 CIRCLE_POINTS = 8  # a circle is drawn as a polygon with this many corners
 
 
-def bodies(scene: cells.CellScene, course: WorldCourse, t: float) -> tuple[replies.PicturedBody, ...]:
+def bodies(scene: scenes.CellScene, course: WorldCourse, t: float) -> tuple[replies.PicturedBody, ...]:
     """Return the parts, fixtures and sensors of a cell as they are at time t [s]. `course`: the states of the parts
     over time."""
     pictured, kinds = replies.PicturedBody, replies.BodyKind
@@ -116,18 +116,18 @@ def bodies(scene: cells.CellScene, course: WorldCourse, t: float) -> tuple[repli
     )
 
 
-def corners(shape: cells.Shape, T: transform.Transform) -> tuple[transform.Vector, ...]:
+def corners(shape: scenes.Shape, T: transform.Transform) -> tuple[transform.Vector, ...]:
     """Return points in the world [m] whose convex hull is the shape, or approximates it. `T`: the pose of the shape."""
     points: list[transform.Vector]
     match shape:
-        case cells.BoxShape((x, y, z)):
+        case scenes.BoxShape((x, y, z)):
             points = list(product((-0.5 * x, 0.5 * x), (-0.5 * y, 0.5 * y), (-0.5 * z, 0.5 * z)))
-        case cells.CylinderShape(radius, height):
+        case scenes.CylinderShape(radius, height):
             points = [(x, y, z) for x, y in _circle(radius) for z in (-0.5 * height, 0.5 * height)]
-        case cells.SphereShape(radius):
+        case scenes.SphereShape(radius):
             ring = list(_circle(radius))
             points = [p for x, y in ring for p in ((x, y, 0.0), (x, 0.0, y), (0.0, x, y))]
-        case cells.MeshShape(pieces):
+        case scenes.MeshShape(pieces):
             points = [p for piece in pieces for p in piece]
     return tuple(transform.moved_point(T, p) for p in points)
 
@@ -137,13 +137,13 @@ def _circle(radius: float) -> Iterator[tuple[float, float]]:
         yield radius * cos(2.0 * pi * k / CIRCLE_POINTS), radius * sin(2.0 * pi * k / CIRCLE_POINTS)
 
 
-def _region(region: cells.Beam | cells.Zone | cells.Proximity) -> tuple[transform.Vector, ...]:
+def _region(region: scenes.Beam | scenes.Zone | scenes.Proximity) -> tuple[transform.Vector, ...]:
     match region:
-        case cells.Beam(begin, end):
+        case scenes.Beam(begin, end):
             return begin, end
-        case cells.Zone(T, size):
-            return corners(cells.BoxShape(size), T)
-        case cells.Proximity(place, direction, far):
+        case scenes.Zone(T, size):
+            return corners(scenes.BoxShape(size), T)
+        case scenes.Proximity(place, direction, far):
             return place, transform.along(place, direction, far)
 
 

@@ -43,13 +43,14 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.text import ast, collector, parser
 from vrs_cli.language.words import values, word
-from vrs_cli.values import diagnostics, hand, results, world
+from vrs_cli.values import diagnostics, hand, results
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from vrs_cli.interfaces.station.body import DivergenceGuard, RobotBody
     from vrs_cli.values.replies import Plot
+    from vrs_cli.values.scene import CellScene
     from vrs_cli.world.course import World
 
 R = TypeVar("R")
@@ -441,7 +442,7 @@ class Station:
     def _warn(self, text: str) -> None:
         self.terminal.show(results.Message(text, results.Tone.WARNING))
 
-    def _around(self) -> tuple[world.CellScene, World | None]:
+    def _around(self) -> tuple[CellScene, World | None]:
         """Return the scene around the robot (parts, fixtures and sensors of its cell) and the world that computes their
         states; None instead of the world if the scene is empty."""
         scene = self.driver.cell.scene

@@ -27,7 +27,7 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, ComputedSignals, Inputs, LivingCell
 from vrs_cli.language.words.values import INTERNAL, key_of
 from vrs_cli.values import commands, results
-from vrs_cli.values.world import NO_SCENE
+from vrs_cli.values.scene import NO_SCENE
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World, WorldCourse

@@ -33,9 +33,9 @@ from typing import NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics import clearance as bounds
-from vrs_cli.kinematics.arm import Branch
+from vrs_cli.kinematics.arm import Branch, FormulaArm
 from vrs_cli.kinematics.clearance import ON_BOUNDARY
-from vrs_cli.kinematics.formula import FormulaArm, every_branch
+from vrs_cli.kinematics.formula import every_branch
 from vrs_cli.kinematics.joints import (
     ALL,
     WRIST_SINGULAR,

@@ -22,9 +22,8 @@ from math import acos, atan2, copysign, cos, sin
 from operator import itemgetter
 
 from vrs_cli.errors import LocationOutOfRange
-from vrs_cli.kinematics.arm import Branch
+from vrs_cli.kinematics.arm import Branch, FormulaArm
 from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR, Clearance, Hand, HandPace, TwoBars, from_shoulder
-from vrs_cli.kinematics.formula import FormulaArm
 from vrs_cli.kinematics.joints import SIDES, Configuration, Demands, JointKind, Joints, Singularity, Twist, nearest_turn
 from vrs_cli.kinematics.model import EXACT, ArmTask, RobotModel, frame, joint_axes, link_frames
 from vrs_cli.kinematics.transform import IDENTITY, Transform, any_normal, at_position, compose, dot, inverse, rotate

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics import clearance as bounds
-from vrs_cli.kinematics.arm import Branch
-from vrs_cli.kinematics.formula import FormulaArm, every_branch, interpreted, over_arrays
+from vrs_cli.kinematics.arm import Branch, FormulaArm
 from vrs_cli.kinematics.joints import ALL, WRIST_SINGULAR, Configuration, Joints, Singularity
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.spherical_wrist import inverse
@@ -51,11 +50,15 @@ class SphericalWristArm(FormulaArm):
 
     @cached_property
     def formula(self) -> Branch:  # type: ignore[override]
+        from vrs_cli.kinematics.formula import interpreted  # imported here because motions of joints do not need it
+
         formula: Branch = interpreted(inverse.make_branch)(self.geometry)
         return formula
 
     @cached_property
     def branches(self) -> Callable[[Transform], tuple[Joints | None, ...]]:
+        from vrs_cli.kinematics.formula import every_branch, interpreted
+
         rest = (0.0, 0.0, 0.0, min(max(0.0, self.model.lower[3]), self.model.upper[3]), 0.0, 0.0)
         return every_branch(self.formula, self.middle, rest, interpreted(inverse.flipped_wrist))
 
@@ -133,6 +136,7 @@ class SphericalWristArm(FormulaArm):
 
     @cached_property
     def batch(self) -> SerialBatch:
+        from vrs_cli.kinematics.formula import over_arrays
         from vrs_cli.kinematics.serial_batch import WristBatch  # imported here because it loads numpy
 
         return WristBatch(self.model, ALL, self.unchanging, over_arrays(self.formula))

@@ -21,7 +21,7 @@ from vrs_cli.language.words.values import INPUTS, INTERNAL, ON_AND_OFF, OUTPUTS,
 from vrs_cli.trajectory.instant import TICK, on_grid
 from vrs_cli.values.commands import HAND, SetChannels, Stamp
 from vrs_cli.values.numbers import Value
-from vrs_cli.values.world import NO_SCENE, CellScene
+from vrs_cli.values.scene import NO_SCENE, CellScene
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine

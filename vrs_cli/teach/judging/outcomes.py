@@ -25,7 +25,8 @@ from vrs_cli.teach.judging.ways import PASSED_MM, did_not_go, windows
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.numbers import count
 from vrs_cli.values.results import RunOutcome
-from vrs_cli.values.world import CellScene, Contact
+from vrs_cli.values.scene import CellScene
+from vrs_cli.values.world import Contact
 from vrs_cli.world.course import PartState
 
 if TYPE_CHECKING:
