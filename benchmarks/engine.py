@@ -17,6 +17,7 @@ from statistics import fmean
 from typing import Any, TypeVar
 
 import numpy as np
+from msgspec import structs
 
 from benchmarks.peers import Figures, Peers, beside
 from benchmarks.peers.timing import at_once, each
@@ -238,12 +239,12 @@ def straight(profile: Profile) -> Figure:
     engine.perform(Move(PoseTarget(pose._replace(py=pose.py + 0.2)), straight=True))
     before, at = engine.timeline, engine.end
     engine.perform(Move(PoseTarget(pose), straight=True))
-    motion, turn = engine.book.deltas[-1].motion._replace(profile=profile), count()
+    motion, turn = structs.replace(engine.book.deltas[-1].motion, profile=profile), count()
 
     def planned_anew(_: int) -> object:
         """A hair beside those before, which are remembered."""
         goal = pose._replace(py=pose.py + 1e-9 * next(turn))
-        return plan(engine.arm, before, motion._replace(pose=goal), at, at)
+        return plan(engine.arm, before, structs.replace(motion, pose=goal), at, at)
 
     planned = each(planned_anew, range(20))
     if profile is Profile.LSPB:

@@ -103,7 +103,7 @@ def work_of(model: RobotModel) -> dict[str, Any]:
     """What the toolbox needs to do the same."""
     arm, q, source = arm_for(model), places(model), random.Random(8)
     return {
-        "robot": [[*link[:4], link.kind is JointKind.PRISMATIC] for link in model.links],
+        "robot": [[link.a, link.d, link.alpha, link.theta, link.kind is JointKind.PRISMATIC] for link in model.links],
         "limits": [model.lower, model.upper],
         "joints": q,
         "near": [tuple(x + source.uniform(-NEAR, NEAR) for x in row) for row in q],

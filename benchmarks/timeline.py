@@ -55,9 +55,9 @@ def deltas(timeline: Timeline, source: random.Random) -> Iterator[tuple[str, Tim
     keep = source.randrange(1, len(timeline) - 4)
     some = tuple(timeline[index] for index in range(keep, keep + 3))
     base = TimelineDelta(timeline.version, Cause.COMMAND, MOTION, 0.0, some[0].start, some[0].start, keep, 0, 0.0, ())
-    yield "insert", base._replace(drop=3, shift=on_grid(0.5), segments=some)
-    yield "truncate", base._replace(cut=some[0].start - 0.01, drop=len(timeline) - keep)
-    yield "shift the rest", base._replace(shift=on_grid(1.0))
+    yield "insert", structs.replace(base, drop=3, shift=on_grid(0.5), segments=some)
+    yield "truncate", structs.replace(base, cut=some[0].start - 0.01, drop=len(timeline) - keep)
+    yield "shift the rest", structs.replace(base, shift=on_grid(1.0))
 
 
 def appended(timeline: Timeline, times: int) -> Timeline:
@@ -107,7 +107,7 @@ def rows(count: int) -> dict[str, float]:
             works.setdefault(name, []).append(lambda delta=delta: timeline.apply(delta))
         t = on_grid(source.uniform(0.0, timeline.end))
         works.setdefault("query", []).append(lambda t=t: joints_at(arm, timeline, t))
-        motion = timeline[timeline.index_at(t)].motion._replace(number=10**9)
+        motion = structs.replace(timeline[timeline.index_at(t)].motion, number=10**9)
         insertion = lambda t=t, motion=motion: timeline.apply(plan(arm, timeline, motion, t, t))  # noqa: E731
         works.setdefault("plan and insert", []).append(insertion)
     old = worn(timeline, source)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 pytest.importorskip("mujoco")
 
@@ -63,7 +64,7 @@ def errors(reports: list[Report], setpoint: SetPoint) -> np.ndarray:
 
 def with_masses(model: RobotModel) -> RobotModel:
     """The robot with a mass for each link, where nobody says one."""
-    return model._replace(masses=tuple(LinkMasses(mass=5.0 / i) for i in range(1, model.joint_count + 1)))
+    return structs.replace(model, masses=tuple(LinkMasses(mass=5.0 / i) for i in range(1, model.joint_count + 1)))
 
 
 def T_base_flange(arm: MujocoArm) -> Floats:
@@ -99,7 +100,7 @@ def test_computed_torque_follows_a_planned_motion() -> None:
 
 @pytest.mark.parametrize("robot", MEASURED)
 def test_robots_with_masses_follow_s_curves_to_a_twentieth_of_a_degree(robot: str) -> None:
-    model, random = load_robot(robot)._replace(profile="SCURVE"), np.random.default_rng(2)
+    model, random = structs.replace(load_robot(robot), profile="SCURVE"), np.random.default_rng(2)
     engine, ready = Engine(model), np.array(model.poses["ready"])
     low, high = (np.clip(ends, ready - 0.8, ready + 0.8) for ends in (model.lower, model.upper))
     for q in (random.uniform(low, high), ready):

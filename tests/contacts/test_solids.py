@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from vrs_cli.contacts.solids import Solid, SolidForm, solid_of, solids_of_robot
 from vrs_cli.kinematics.link_data import Capsule, Cylinder, LinkShape, MeshFile, Slab
@@ -64,7 +65,7 @@ def test_a_mesh_stands_as_its_points_or_the_link_as_capsules(tmp_path: Path) -> 
 
     def with_mesh(file: Path) -> RobotModel:
         shape = LinkShape(1, MeshFile(str(file), translation(0.0, 0.0, 0.1), (0.001, 0.001, 0.001)))
-        return robot._replace(shapes=(shape,))
+        return structs.replace(robot, shapes=(shape,))
 
     (read,) = solids_of_robot(with_mesh(path))
     assert read.link == 1
@@ -77,6 +78,6 @@ def test_a_mesh_stands_as_its_points_or_the_link_as_capsules(tmp_path: Path) -> 
 def test_collision_shapes_stand_for_the_links_where_there_are_any() -> None:
     model = load_robot("puma560")
     ball = LinkShape(1, Capsule((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.1, 0.1)))
-    (only,) = solids_of_robot(model._replace(collision=(ball,)))
+    (only,) = solids_of_robot(structs.replace(model, collision=(ball,)))
     assert only.link == 1
     assert only.solids == (Solid(SolidForm.BALL, (0.1, 0.0, 0.0)),)

@@ -102,7 +102,9 @@ def test_the_robot_stands_in_gaps_and_rests() -> None:
 
 
 def test_a_stream_of_targets_may_break_off() -> None:
-    steered = Segment(0.0, 0.5, still_but(1, (0.0, 0.0, 0.1, 0.0)), Phase.BLEND, MOVE._replace(kind=MotionKind.STEERED))
+    steered = Segment(
+        0.0, 0.5, still_but(1, (0.0, 0.0, 0.1, 0.0)), Phase.BLEND, structs.replace(MOVE, kind=MotionKind.STEERED)
+    )
     assert not list(breaches(ARM, Timeline([initial(), steered])))
 
 

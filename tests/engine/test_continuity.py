@@ -8,6 +8,7 @@ from random import Random
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from tests.examples import some
 from vrs_cli.engine.continuity import MAX_EXTRA_SAMPLES, Gap
@@ -34,8 +35,8 @@ def crooked_puma() -> RobotModel:
     """
     model = load_robot("puma560")
     links = list(model.links)
-    links[4] = links[4]._replace(d=0.001)
-    return model._replace(links=tuple(links))
+    links[4] = structs.replace(links[4], d=0.001)
+    return structs.replace(model, links=tuple(links))
 
 
 def line_from_nest(x: float, y: float, speed: float, profile: str = "LSPB") -> Engine:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import radians
 
 import pytest
+from msgspec import structs
 
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.engine import Bookmark, Engine
@@ -259,7 +260,7 @@ def test_nooverlap_refuses_more_than_half_a_turn(engine: Engine) -> None:
 
 def test_nooverlap_is_for_joints_that_turn() -> None:
     cobra = load_robot("cobra600")
-    engine = Engine(cobra._replace(lower=(-4.0, -4.0, 0.0, -4.0), upper=(4.0, 4.0, 8.0, 4.0)))
+    engine = Engine(structs.replace(cobra, lower=(-4.0, -4.0, 0.0, -4.0), upper=(4.0, 4.0, 8.0, 4.0)))
     engine.perform(Move(JointTarget((0.0, 1.0, 0.0, 0.0)), straight=False))
     engine.perform(SetMode(Mode.OVERLAP, on=False, always=True))
     engine.perform(Move(JointTarget((0.0, 1.0, 7.0, 0.0)), straight=False))
@@ -336,7 +337,7 @@ def test_the_hand_works_at_once_or_with_the_next_motion(engine: Engine) -> None:
 
 
 def test_a_hand_of_a_known_width_opens_as_wide_as_it_is_told() -> None:
-    engine = Engine(load_robot("puma560")._replace(hand_width=0.08))
+    engine = Engine(structs.replace(load_robot("puma560"), hand_width=0.08))
     for width, opening in ((0.02, 0.25), (0.08, 1.0), (0.0, 0.0), (None, 1.0)):
         engine.perform(OperateHand(1.0, immediate=True, width=width))
         assert engine.position().hand == pytest.approx(opening)
@@ -349,7 +350,7 @@ def test_a_hand_of_a_known_width_opens_as_wide_as_it_is_told() -> None:
 
 
 def test_a_hand_of_a_known_width_closes_on_what_is_in_it() -> None:
-    engine = Engine(load_robot("puma560")._replace(hand_width=0.08))
+    engine = Engine(structs.replace(load_robot("puma560"), hand_width=0.08))
     engine.perform(SetParameter("GRASP.WIDTH", 30.0))
     for closing in (OperateHand(0.0, True), OperateHand(None, True), OperateHand(0.0, True, width=0.01)):
         engine.perform(closing)

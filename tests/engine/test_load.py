@@ -6,6 +6,7 @@ from math import radians
 from random import Random
 
 import pytest
+from msgspec import structs
 
 from tests.examples import some
 from vrs_cli.engine.following import Follower, Sample
@@ -125,7 +126,7 @@ def test_the_greatest_velocity_of_a_parabola_before_the_second_sample(sense: flo
 @pytest.mark.parametrize("limit", [0.1, 10.0])
 def test_a_joint_near_its_limit_is_looked_at_closely_however_small_that_is(limit: float) -> None:
     """A joint that is not near its limit is not sampled closely, however large its values."""
-    model = MODEL._replace(max_velocity=tuple(limit for _ in MODEL.max_velocity))
+    model = structs.replace(MODEL, max_velocity=tuple(limit for _ in MODEL.max_velocity))
     x, y, z = position(ARM.forward(MIDDLE))
     path = CartesianPath(((x,), (y, 0.1), (z,)), ARM.forward(MIDDLE), (), ARM.configuration(MIDDLE), (MIDDLE,), 1.0)
     follower = Follower(arm_for(model), path.configuration, IDENTITY)

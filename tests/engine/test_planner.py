@@ -441,7 +441,7 @@ def test_an_insertion_reads_what_it_plans_again_once(engine: Engine, monkeypatch
     for goal in (A, B, C, TABLE) * 10:
         go(engine, goal, program=True)
     timeline, read, reads = engine.timeline, Timeline.__getitem__, list[int]()
-    motion = timeline[-1].motion._replace(number=99, start=Start.AT)
+    motion = structs.replace(timeline[-1].motion, number=99, start=Start.AT)
 
     def counted(self: Timeline, index: int) -> Segment:
         reads.append(index)

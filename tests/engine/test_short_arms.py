@@ -7,6 +7,7 @@ from random import Random
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from tests.kinematics.short_arms import forward, random_arm, turn_between
 from tests.laws.short_arms import TOOLS, check_way, lines_there_and_back, middling
@@ -44,7 +45,7 @@ def test_move_takes_the_turn_that_is_nearest_of_all() -> None:
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_line_past_which_the_least_turn_folds_is_refused(profile: str) -> None:
     """On the way the least turn ends, and another begins elsewhere: between two samples, if there are few."""
-    model = load_robot("so100")._replace(profile=profile)
+    model = structs.replace(load_robot("so100"), profile=profile)
     engine = Engine(model, start=model.units.read((-77.9416, 62.4172, -157.9228, -73.3012, -72.6401)))
     engine.perform(SetSpeed(20))
     goal = from_oat(-0.0599927, 0.2014840, 0.4454282, *map(radians, (-167.9416, -30.7650, 72.6401)))
@@ -55,7 +56,7 @@ def test_a_line_past_which_the_least_turn_folds_is_refused(profile: str) -> None
 @pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
 def test_a_line_at_whose_end_a_range_turns_the_tool_turns_it_on_the_way(profile: str) -> None:
     """The tool goes up from a table, pointing down, until joint 4 comes to its end."""
-    model = load_robot("so100")._replace(profile=profile)
+    model = structs.replace(load_robot("so100"), profile=profile)
     start = model.units.read((-90.0, 135.86, -121.17, 55.74, 90.0))
     engine = Engine(model, start=start)
     table = engine.position().T_world_tool
@@ -75,7 +76,7 @@ def test_what_an_arm_cannot_do_is_said_with_the_task_that_would() -> None:
     model = random_arm(3, 5)
     T = Engine(model).arm.forward(model.poses["ready"])
     turned = compose(at_position(T, T.px, T.py, T.pz), rotation_about((1.0, 0.0, 0.0), 0.3))
-    strict = Engine(model._replace(task=ArmTask.POSE))
+    strict = Engine(structs.replace(model, task=ArmTask.POSE))
     with pytest.raises(MotionError, match="give the arm the task 'steady'"):
         strict.perform(Move(PoseTarget(turned), straight=False))
     with pytest.raises(MotionError, match="give the arm the task 'steady': 5 joints cannot turn the tool every way"):

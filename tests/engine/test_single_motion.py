@@ -51,7 +51,7 @@ def test_a_line_that_was_refused_before_is_refused_again_at_once() -> None:
         at_position(line(1, 0.0).motion.pose or IDENTITY, 5000.0, 0.0, 0.0),
         structs.replace(line(1, 0.0), latest=0.01),
     )
-    beyond = structs.replace(late, motion=late.motion._replace(pose=far), latest=inf)
+    beyond = structs.replace(late, motion=structs.replace(late.motion, pose=far), latest=inf)
     refusals = []
     for begin in (0.0, 8.0):
         with pytest.raises(NotInTime):
@@ -91,7 +91,7 @@ def test_a_corner_plans_its_line_from_rest_only_if_rounding_may_be_slower(way: f
     corner, last = rest_after(before.arm, segments[-1]), segments[-1]
     there = before.motion.pose or IDENTITY
     goal = at_position(there, there.px + way, there.py, there.pz)
-    motion = before.motion._replace(number=2, start=Start.BLEND, pose=goal)
+    motion = structs.replace(before.motion, number=2, start=Start.BLEND, pose=goal)
     resting = structs.replace(before, here=corner, motion=motion, begin=last.finish)
     moving = structs.replace(resting, here=state_at(before.arm, last, 0.0), begin=last.start)
     single_motion._remembered_plan.cache_clear()
@@ -113,9 +113,9 @@ def test_a_joint_motion_out_of_motion_is_the_same_later_as_if_it_were_planned_an
     motion = Motion(1, MotionKind.JOINT, Start.AFTER, goal=goal, profile=profile)
     first = plan_motion(structs.replace(resting, motion=motion))[0]
     here = state_at(resting.arm, first, 0.6 * first.duration)
-    moving = structs.replace(resting, here=here, motion=motion._replace(goal=BEGIN))
+    moving = structs.replace(resting, here=here, motion=structs.replace(motion, goal=BEGIN))
     planned = plan_motion(moving)
-    later = plan_motion(structs.replace(moving, begin=32.5, motion=moving.motion._replace(number=7)))
+    later = plan_motion(structs.replace(moving, begin=32.5, motion=structs.replace(moving.motion, number=7)))
     assert [segment.path is other.path for segment, other in zip(planned, later, strict=True)] == [True] * len(later)
     assert {segment.motion.number for segment in later} == {7}
     single_motion._remembered_plan.cache_clear()
@@ -127,7 +127,7 @@ def test_a_state_is_remembered_by_tool_and_profile() -> None:
     arm, segment = line(1, 0.0).arm, plan_motion(line(1, 0.0))[0]
     middle = 0.5 * segment.duration
     plain = state_at(arm, segment, middle)
-    smooth = structs.replace(segment, motion=segment.motion._replace(profile=Profile.SCURVE))
+    smooth = structs.replace(segment, motion=structs.replace(segment.motion, profile=Profile.SCURVE))
     assert state_at(arm, segment, middle) is plain
     assert any(state_at(arm, smooth, middle).joints.acceleration)
     assert not plain.joints.acceleration

@@ -111,7 +111,7 @@ def test_a_joint_that_turns_back_outside_its_range_is_seen_between_samples() -> 
     farthest = max(free.position(t).joints[2] for t in times)
     assert farthest > max(start[2], free.position(free.end).joints[2]) + 0.01, "it turns back on the way"
     upper = (*MODEL.upper[:2], farthest - 1e-6, *MODEL.upper[3:])
-    narrow = Engine(MODEL._replace(upper=upper), start=start)
+    narrow = Engine(structs.replace(MODEL, upper=upper), start=start)
     with pytest.raises(JointOutOfRange, match="Joint 3"):
         narrow.perform(across)
 
@@ -139,7 +139,7 @@ def test_a_joint_that_is_farthest_between_samples_is_known_to_a_ten_millionth(ro
         for hair, possible in ((2e-7, True), (-2e-7, False)):
             upper = [*model.upper]
             upper[joint] = float(joints[:, joint].max()) + hair
-            arm = arm_for(model._replace(upper=tuple(upper)))
+            arm = arm_for(structs.replace(model, upper=tuple(upper)))
             if possible:
                 plan_motion(Problem(arm, still, motion, 0.0))
             else:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from tests.engine.wall import ManualWall
 from tests.examples import examples
@@ -165,15 +166,15 @@ def test_a_journal_has_one_writer(tmp_path: Path) -> None:
 
 def test_a_robot_that_looks_different_is_the_same_robot(tmp_path: Path) -> None:
     path = tmp_path / "j.vrst"
-    kept(path, Engine(puma()._replace(shapes=(LinkShape(0, Box((0.1, 0.1, 0.1))),)))).close()
+    kept(path, Engine(structs.replace(puma(), shapes=(LinkShape(0, Box((0.1, 0.1, 0.1))),)))).close()
     kept(path, Engine(puma())).close()
 
 
 def test_a_file_of_another_robot_is_refused_and_left_alone(tmp_path: Path) -> None:
     path, engine = tmp_path / "j.vrst", Engine(puma())
     for model, told in (
-        (puma()._replace(name="other"), "is of a other, this robot is a puma560"),
-        (puma()._replace(linear_speed=0.1), "is of a puma560 with other figures"),
+        (structs.replace(puma(), name="other"), "is of a other, this robot is a puma560"),
+        (structs.replace(puma(), linear_speed=0.1), "is of a puma560 with other figures"),
     ):
         write_trajectory(path, model, engine.book.initial, ())
         before = path.read_bytes()

@@ -6,6 +6,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
+from msgspec import structs
 
 from tests.files.trajectories import initial, motion, puma
 from vrs_cli.engine.engine import Engine
@@ -25,7 +26,7 @@ def older(seed: int, count: int) -> tuple[list[Timeline], list[TimelineDelta]]:
     timelines, deltas = [timeline], list[TimelineDelta]()
     for number in range(1, count + 1):
         executed = on_grid(rng.uniform(0.0, timeline.end) if rng.random() < 0.4 else timeline.end)
-        one = motion(rng, number)._replace(hand=rng.choice((0.0, 0.0, 1.0, 0.5)))
+        one = structs.replace(motion(rng, number), hand=rng.choice((0.0, 0.0, 1.0, 0.5)))
         if rng.random() < 0.2:
             one = Motion(number, MotionKind.REST, Start.AFTER, hand=one.hand)  # TOOL, and OPENI with HAND.TIME = 0
         delta = plan(arm, timeline, one, executed, executed, insert=rng.random() < 0.8)

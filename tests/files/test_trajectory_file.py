@@ -410,4 +410,4 @@ def test_any_damage_is_a_file_damaged_or_still_a_trajectory(
 
 
 def test_every_field_of_a_motion_is_written() -> None:
-    assert set(Motion._fields) == set(MotionRecord.__struct_fields__)
+    assert set(Motion.__struct_fields__) == set(MotionRecord.__struct_fields__)

@@ -9,6 +9,7 @@ from math import pi, radians
 from pathlib import Path
 
 from hypothesis import strategies as st
+from msgspec import structs
 
 from vrs_cli.engine.planner import plan
 from vrs_cli.kinematics.forms import arm_for
@@ -141,7 +142,7 @@ every_motion = st.builds(
     profile=st.sampled_from(Profile),
     rounding=st.none() | st.floats(0.0, MAX_NUMBER),
     swivel=st.none(),  # no joint of this robot is too many
-).map(lambda motion: motion._replace(goal=None, pose=None) if motion.kind is MotionKind.REST else motion)
+).map(lambda motion: structs.replace(motion, goal=None, pose=None) if motion.kind is MotionKind.REST else motion)
 joint_paths = st.integers(1, 4).flatmap(lambda n: st.tuples(*[st.tuples(*[floats] * n)] * JOINTS)).map(JointPath)
 lines = st.builds(
     CartesianPath,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from msgspec import structs
+
 from vrs_cli.kinematics.model import ArmTask, RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 
@@ -11,7 +13,8 @@ URDF = Path(__file__).parent / "urdf"
 
 
 def without_last_joint(model: RobotModel) -> RobotModel:
-    return model._replace(
+    return structs.replace(
+        model,
         name=f"{model.name} without its last joint",
         task=ArmTask.POINTING,
         links=model.links[:-1],
@@ -25,5 +28,5 @@ def without_last_joint(model: RobotModel) -> RobotModel:
 
 
 FIVE = without_last_joint(load_robot("puma560"))
-SEVEN = load_robot(URDF / "seven.urdf")._replace(task=ArmTask.POINTING)
-CLOSED = load_robot("ur5e")._replace(task=ArmTask.POINTING)
+SEVEN = structs.replace(load_robot(URDF / "seven.urdf"), task=ArmTask.POINTING)
+CLOSED = structs.replace(load_robot("ur5e"), task=ArmTask.POINTING)

@@ -7,6 +7,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
+from msgspec import structs
 
 import vrs_cli.kinematics
 from vrs_cli.kinematics.forms import arm_for
@@ -29,18 +30,20 @@ def test_nest_is_folded_and_keeps_the_configuration_of_ready() -> None:
 
 def test_models_that_differ_have_different_arms() -> None:
     assert arm_for(PUMA) is arm_for(from_dict(to_dict(PUMA)))
-    assert arm_for(PUMA._replace(upper=(1.0,) * 6)) is not arm_for(PUMA)
+    assert arm_for(structs.replace(PUMA, upper=(1.0,) * 6)) is not arm_for(PUMA)
 
 
 def test_a_wrist_whose_axes_do_not_meet_is_solved_by_numbers() -> None:
-    crooked = arm_for(PUMA._replace(links=(*PUMA.links[:3], PUMA.links[3]._replace(a=0.1), *PUMA.links[4:])))
+    crooked = arm_for(
+        structs.replace(PUMA, links=(*PUMA.links[:3], structs.replace(PUMA.links[3], a=0.1), *PUMA.links[4:]))
+    )
     assert crooked.ways == (NONE,)
     q = (0.1, -1.0, 1.2, 0.3, 0.5, -0.2)
     assert crooked.select(crooked.forward(q), (0.0, -1.1, 1.3, 0.2, 0.6, 0.0)) == pytest.approx(q, abs=1e-8)
 
 
 def test_a_flange_beside_the_last_axis_is_still_a_spherical_wrist() -> None:
-    beside = arm_for(PUMA._replace(links=(*PUMA.links[:5], Link(0.1, 0.05625, 0.0))))
+    beside = arm_for(structs.replace(PUMA, links=(*PUMA.links[:5], Link(0.1, 0.05625, 0.0))))
     assert beside.ways == ALL
     q = (0.1, -1.0, 1.2, 0.3, 0.5, -0.2)
     assert beside.inverse_branch(beside.forward(q), beside.configuration(q), q) == pytest.approx(q, abs=1e-12)
@@ -58,7 +61,7 @@ def test_how_far_from_singular_is_a_part_of_the_most(name: str) -> None:
     for _ in range(20):
         q = tuple(random.uniform(low, high) for low, high in zip(arm.model.lower, arm.model.upper, strict=True))
         assert all(0.0 <= part <= 1.0 for part in arm.singularity(q))
-    bent = arm_for(PUMA._replace(links=(*PUMA.links[:4], Link(0.1, 0.0, pi / 2), PUMA.links[5])))
+    bent = arm_for(structs.replace(PUMA, links=(*PUMA.links[:4], Link(0.1, 0.0, pi / 2), PUMA.links[5])))
     assert all(0.0 <= part <= 1.0 for part in bent.singularity(PUMA.poses["ready"]))
 
 

@@ -7,6 +7,7 @@ from math import pi
 from random import Random
 
 import pytest
+from msgspec import structs
 
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
@@ -45,7 +46,7 @@ def test_the_rounding_of_a_right_angle_is_taken_away() -> None:
 
 PUMA = load_robot("puma560")
 ARM = arm_for(PUMA)
-PEDESTAL = arm_for(PUMA._replace(name="pedestal", links=(Link(0.15, 0.5, -pi / 2), *PUMA.links[1:])))
+PEDESTAL = arm_for(structs.replace(PUMA, name="pedestal", links=(Link(0.15, 0.5, -pi / 2), *PUMA.links[1:])))
 READY = PUMA.poses["ready"]
 TOOL = from_oat(0.03, -0.05, 0.12, 0.4, 0.5, 0.6)
 

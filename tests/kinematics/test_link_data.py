@@ -7,6 +7,7 @@ from math import cos, pi, sin
 from pathlib import Path
 
 import pytest
+from msgspec import structs
 
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.bodies import SHAPES, shapes_of
@@ -131,9 +132,9 @@ def test_shapes_of_a_built_in_robot_are_those_of_its_file(path: Path) -> None:
     model = load_robot(path.stem)
     shapes = shapes_of(model)
     assert {shape.link for shape in shapes} == set(range(model.joint_count + 1)), "each link has some"
-    careful = model._replace(name="careful", linear_speed=0.01)
+    careful = structs.replace(model, name="careful", linear_speed=0.01)
     assert shapes_of(careful) == shapes, "a robot with the same links looks the same"
-    longer = model._replace(links=(model.links[0]._replace(d=0.7), *model.links[1:]))
+    longer = structs.replace(model, links=(structs.replace(model.links[0], d=0.7), *model.links[1:]))
     assert shapes_of(longer) != shapes
 
 
@@ -196,7 +197,7 @@ def test_tables_become_masses() -> None:
 
 def test_masses_go_with_the_plain_data_of_a_robot() -> None:
     masses = (LinkMasses(2.0, (0.1, 0.0, 0.0), max_torque=5.0), LinkMasses())
-    model = load_robot("planar2")._replace(masses=masses)
+    model = structs.replace(load_robot("planar2"), masses=masses)
     assert from_dict(to_dict(model)).masses == masses
     assert "masses" not in to_dict(load_robot("planar2"))
 

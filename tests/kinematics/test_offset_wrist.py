@@ -7,6 +7,7 @@ from random import Random
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import SINGULAR
@@ -69,7 +70,7 @@ def test_the_arm_is_stretched_out() -> None:
 
 @pytest.mark.parametrize("low", [-5.0, -2.0, 0.5, 9.0])
 def test_every_joint_is_on_the_turn_that_is_in_its_range(low: float) -> None:
-    random, model = Random(7), ARM.model._replace(lower=(low,) * 6, upper=(low + 2.0 * pi,) * 6)
+    random, model = Random(7), structs.replace(ARM.model, lower=(low,) * 6, upper=(low + 2.0 * pi,) * 6)
     arm = arm_for(model)
     for _ in range(POSES):
         T = arm.forward(tuple([random.uniform(low, low + 2.0 * pi) for _ in range(6)]))
@@ -87,7 +88,7 @@ def other_arm() -> OffsetWristArm:
     assert isinstance(mapped, MappedArm)
     lengths = [(0.0, 0.2), (0.3, -0.1), (0.5, -0.2), (0.0, 0.05), (0.0, -0.12), (0.0, 0.07)]
     links = [Link(a, d, link.alpha) for (a, d), link in zip(lengths, mapped.inner.model.links, strict=True)]
-    arm = arm_for(mapped.inner.model._replace(links=tuple(links)))
+    arm = arm_for(structs.replace(mapped.inner.model, links=tuple(links)))
     assert isinstance(arm, MappedArm)
     assert isinstance(arm.inner, OffsetWristArm)
     return arm.inner

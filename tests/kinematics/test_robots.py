@@ -9,6 +9,7 @@ from random import Random
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from tests.examples import some
 from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
@@ -200,15 +201,15 @@ def test_rates_of_a_tool_that_points_are_right_in_what_counts(model: RobotModel)
 @pytest.mark.parametrize("joint", [1, 4, 5])
 def test_an_arm_with_another_length_is_no_ur(joint: int) -> None:
     ur = load_robot("ur5e")
-    links = [link._replace(a=link.a + (0.05 if i == joint else 0.0)) for i, link in enumerate(ur.links, 1)]
-    arm, q = arm_for(ur._replace(links=tuple(links))), (0.3, -1.2, -1.0, -0.7, 1.1, 0.2)
+    links = [structs.replace(link, a=link.a + (0.05 if i == joint else 0.0)) for i, link in enumerate(ur.links, 1)]
+    arm, q = arm_for(structs.replace(ur, links=tuple(links))), (0.3, -1.2, -1.0, -0.7, 1.1, 0.2)
     assert arm.method != arm_of("ur5e").method
     assert arm.forward(arm.select(arm.forward(q), q)) == pytest.approx(tuple(arm.forward(q)), abs=1e-9)
 
 
 def test_a_ur_without_offset_keeps_joint_1_above_its_axis() -> None:
     ur = load_robot("ur5e")
-    arm = arm_for(ur._replace(links=(*ur.links[:3], ur.links[3]._replace(d=0.0), *ur.links[4:])))
+    arm = arm_for(structs.replace(ur, links=(*ur.links[:3], structs.replace(ur.links[3], d=0.0), *ur.links[4:])))
     near = (0.7, -1.3, -1.0, -0.5, 0.4, 0.2)
     above = arm.forward(near)
     wrist = translation(*(-ur.links[5].d * x for x in (above.ax, above.ay, above.az)))
@@ -330,8 +331,8 @@ def test_how_far_a_ur_is_from_a_place(
     ur = load_robot("ur5e")
     l1, l2, l3, *others = ur.links
     short, long = (
-        arm_for(ur._replace(name=name, links=(l1._replace(d=l1.d + pillar), *two, *others)))
-        for name, two in (("short", (l2, l3)), ("long", (l2._replace(a=-bars), l3._replace(a=-bars))))
+        arm_for(structs.replace(ur, name=name, links=(structs.replace(l1, d=l1.d + pillar), *two, *others)))
+        for name, two in (("short", (l2, l3)), ("long", (structs.replace(l2, a=-bars), structs.replace(l3, a=-bars))))
     )
     q = (0.3, lean, fold, -lean - fold, 1.2, 0.4)
     way = short.configuration(q)
@@ -384,7 +385,7 @@ def test_a_tool_that_sticks_out_where_no_turn_is_chosen_is_refused() -> None:
 def test_a_scara_whose_last_axis_is_beside_its_arm() -> None:
     model = load_robot("cobra600")
     first, second, third, last = model.links
-    beside = arm_for(model._replace(links=(first, second, third._replace(a=0.05, theta=0.7), last)))
+    beside = arm_for(structs.replace(model, links=(first, second, structs.replace(third, a=0.05, theta=0.7), last)))
     assert type(beside) is type(arm_for(model))
     for q in random_joints(beside, 50).tolist():
         joints = tuple(q)
@@ -396,7 +397,9 @@ def test_a_scara_whose_last_axis_is_beside_its_arm() -> None:
 def test_a_scara_whose_first_bar_is_the_shorter_one() -> None:
     model = load_robot("cobra600")
     first, second, *others = model.links
-    arm = arm_for(model._replace(links=(first._replace(a=second.a), second._replace(a=first.a), *others)))
+    arm = arm_for(
+        structs.replace(model, links=(structs.replace(first, a=second.a), structs.replace(second, a=first.a), *others))
+    )
     upright = np.radians((90.0, 90.0, 0.0))
     with pytest.raises(LocationTooClose, match=r"no nearer than 50\.0 mm \(.* 20\.0 mm away"):
         arm.select(from_oat(0.03, 0.0, 0.3, *upright), model.poses["ready"])

@@ -16,6 +16,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import structs
 
 from tests.by_hand import command
 from tests.kinematics.offset_arms import OFFSET_ARMS
@@ -30,8 +31,8 @@ FORWARD = 0.15  # [m] of a shoulder before the axis of joint 1
 
 
 def with_links(model: RobotModel, **changes: dict[int, dict[str, float]]) -> RobotModel:
-    links = [link._replace(**changes["links"].get(i, {})) for i, link in enumerate(model.links, 1)]
-    return model._replace(links=tuple(links), name="other")
+    links = [structs.replace(link, **changes["links"].get(i, {})) for i, link in enumerate(model.links, 1)]
+    return structs.replace(model, links=tuple(links), name="other")
 
 
 STRAIGHT = with_links(PUMA, links={1: {"a": FORWARD}, 2: {"d": 0.0}})
@@ -53,7 +54,7 @@ def reversed_axes(model: RobotModel, signs: Joints) -> RobotModel:
     assert chain.signs == (1.0,) * 6
     ends = [sorted((s * low, s * high)) for s, low, high in zip(signs, model.lower, model.upper, strict=True)]
     lower, upper = (tuple(end[k] for end in ends) for k in (0, 1))
-    return model._replace(links=chain.links, base=chain.base, flange=chain.flange, lower=lower, upper=upper)
+    return structs.replace(model, links=chain.links, base=chain.base, flange=chain.flange, lower=lower, upper=upper)
 
 
 def some_joints(model: RobotModel, source: Random) -> Joints:

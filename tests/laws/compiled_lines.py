@@ -53,7 +53,7 @@ def plans_hash(seed: int) -> str:
     line = random_problem(arm_of(ROBOTS[seed % len(ROBOTS)]), seed)
     random, model = Random(seed), line.arm.model
     goal = tuple(map(random.uniform, model.lower, model.upper))
-    turn = line.motion._replace(kind=MotionKind.JOINT, pose=None, goal=goal)
+    turn = structs.replace(line.motion, kind=MotionKind.JOINT, pose=None, goal=goal)
     plans = result_text(line) + result_text(structs.replace(line, motion=turn))
     return hashlib.sha256(plans.encode()).hexdigest()
 

@@ -10,6 +10,7 @@ from random import Random
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from tests.by_hand import command
 from tests.kinematics.short_arms import Array, forward, random_arm
@@ -73,7 +74,7 @@ def check_way(engine: Engine, tool: Transform, begin: float, goal: Transform) ->
 
 def lines_there_and_back(seed: int, joints: int, profile: str, tool: Transform) -> bool:
     """Whether a random line was possible; then it kept every law."""
-    random, model = Random(seed), random_arm(seed, joints)._replace(profile=profile)
+    random, model = Random(seed), structs.replace(random_arm(seed, joints), profile=profile)
     start = middling(model, random)
     engine = Engine(model, start=start)
     engine.perform(SetTool(tool))

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from tests.examples import examples
 from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
@@ -91,4 +92,4 @@ def test_a_robot_whose_joints_are_searched_keeps_the_laws(
 def test_a_robot_that_points_keeps_the_laws(
     model: RobotModel, profile: str, sequence: list[tuple[str, list[float], float | None]]
 ) -> None:
-    check_robot(model._replace(profile=profile), sequence)
+    check_robot(structs.replace(model, profile=profile), sequence)

@@ -8,6 +8,7 @@ from random import Random
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from tests.kinematics.random_arms import draw_arm
 from tests.laws.motion_laws import check_lines
@@ -65,7 +66,7 @@ HANDS = (IDENTITY, rotation_x(pi / 2), from_oat(0.0, 0.0, 0.0, 0.3, 0.8, 0.2))  
 @pytest.mark.parametrize("plane", PLANES)
 @pytest.mark.parametrize("robot", ["planar2", "planar3"])
 def test_a_planar_arm_goes_back_in_the_plane_in_which_it_moves(robot: str, plane: str, hand: int) -> None:
-    model = load_robot(robot)._replace(base=PLANES[plane], flange=HANDS[hand])
+    model = structs.replace(load_robot(robot), base=PLANES[plane], flange=HANDS[hand])
     arm, random = arm_for(model), Random(7)
     for _ in range(10):
         q = tuple(map(random.uniform, model.lower, model.upper))
@@ -81,7 +82,7 @@ def test_a_planar_arm_goes_back_in_the_plane_in_which_it_moves(robot: str, plane
 @pytest.mark.parametrize("plane", PLANES)
 @pytest.mark.parametrize("robot", ["planar2", "planar3"])
 def test_a_line_of_a_planar_arm_stays_in_its_plane(robot: str, plane: str) -> None:
-    model = load_robot(robot)._replace(base=PLANES[plane])
+    model = structs.replace(load_robot(robot), base=PLANES[plane])
     engine = Engine(model, start=tuple(x + 0.5 for x in model.poses["ready"]))
     here, there = engine.position().T_world_tool, compose(PLANES[plane], translation(0.02, 0.05, 0.0))
     goal = at_position(here, *along(position(here), vector_difference(position(there), position(PLANES[plane])), 1.0))
@@ -93,8 +94,8 @@ def test_a_line_of_a_planar_arm_stays_in_its_plane(robot: str, plane: str) -> No
 def test_an_arm_of_which_one_joint_does_not_move_the_flange_goes_back() -> None:
     """The file ends at the axis of joint 2, whose turn does not count."""
     two = load_robot("planar2")
-    links = (two.links[0], two.links[1]._replace(a=0.0))
-    model = two._replace(links=links, base=PLANES["YZ"], lower=(-6.0, -6.0), upper=(6.0, 6.0))
+    links = (two.links[0], structs.replace(two.links[1], a=0.0))
+    model = structs.replace(two, links=links, base=PLANES["YZ"], lower=(-6.0, -6.0), upper=(6.0, 6.0))
     assert not list(refused(model, lambda q: np.reshape(arm_for(model).forward(q), (3, 4)), 20, Random(1)))
 
 

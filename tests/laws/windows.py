@@ -15,6 +15,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
+from msgspec import structs
 
 from tests.by_hand import command
 from tests.net.edits import Edits
@@ -128,7 +129,7 @@ def _depth(short: Robot, whole: Robot, reach: WindowSize, *, undo: bool) -> int:
 
 def _said(step: HistoryStep) -> str:
     """All of a step."""
-    both = (step.delta._replace(segments=tuple(step.delta.segments)), step.taking_back(0))
+    both = (structs.replace(step.delta, segments=tuple(step.delta.segments)), step.taking_back(0))
     return repr((both, step.clock, step.insert, step.altered))
 
 

@@ -9,6 +9,7 @@ from random import Random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from tests.engine.wall import ManualWall
 from tests.examples import examples, some
@@ -72,7 +73,7 @@ class Line:
 
 def paths(timeline: Timeline) -> list[object]:
     """All but the numbers of motions, which a preview does not know."""
-    return [(it.start, it.finish, it.path, it.phase, it.motion._replace(number=0)) for it in timeline]
+    return [(it.start, it.finish, it.path, it.phase, structs.replace(it.motion, number=0)) for it in timeline]
 
 
 def test_a_command_is_seen_at_once_and_confirmed_when_its_change_has_come() -> None:

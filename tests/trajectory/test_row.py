@@ -5,6 +5,7 @@ from __future__ import annotations
 from random import Random
 
 import pytest
+from msgspec import structs
 
 from tests.examples import first
 from vrs_cli.trajectory.row import UNPACKED_SEGMENTS, EventRow, Row
@@ -58,8 +59,8 @@ def test_a_path_is_packed_once_however_a_row_grows(monkeypatch: pytest.MonkeyPat
 
 def test_packed_motions_are_the_same_to_the_bit() -> None:
     like = Motion(1, MotionKind.JOINT, Start.AT, (0.0, -0.0), speed=0.5, text="MOVE a")
-    moved = like._replace(number=2, goal=(1.0, 2.0), text="MOVE b", speed=float("0.5"))
-    others = [moved, like._replace(hand=-0.0), Motion(4, MotionKind.REST, Start.AT)]
+    moved = structs.replace(like, number=2, goal=(1.0, 2.0), text="MOVE b", speed=float("0.5"))
+    others = [moved, structs.replace(like, hand=-0.0), Motion(4, MotionKind.REST, Start.AT)]
     motions = [like, like, *others]
     row = Row([rest((0.0, 0.0), 1.0, float(k), motion) for k, motion in enumerate(motions)])
     packed: dict[int, PackedMotion] = {}

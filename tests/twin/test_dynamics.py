@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from tests.twin.regressor import parameters, regressor
 from vrs_cli.errors import NotAvailable
@@ -93,13 +94,13 @@ def test_power_is_the_rate_of_energy(robot: str) -> None:
 def as_published() -> tuple[RobotModel, InertialModel]:
     """The PUMA with the lengths of P. Corke's toolbox, and with its inertia of link 3, which is that of no body."""
     model = load_robot("puma560")
-    links = [link._asdict() for link in model.links]
+    links = [structs.asdict(link) for link in model.links]
     links[1]["d"], links[2]["a"], links[3]["d"] = 0.15005, -0.0203, 0.4318
     masses = inertial_model(model)
     centre, inertia = masses.centre.copy(), masses.inertia.copy()
     centre[1, 2] = 0.2275 - 0.15005
     inertia[2] = np.diag([0.066, 0.086, 0.0125])
-    found = model._replace(links=tuple(Link(**link) for link in links))
+    found = structs.replace(model, links=tuple(Link(**link) for link in links))
     return found, masses._replace(centre=centre, inertia=inertia)
 
 
@@ -237,7 +238,7 @@ def test_moments_turn_with_a_body_and_add_up_over_a_link() -> None:
     _, _, inertia = unit_moments(Box((0.2, 0.3, 0.5), R))
     assert np.diag(inertia) == pytest.approx([0.34 / 12, 0.13 / 12, 0.29 / 12])
     halves = [LinkShape(1, Box((0.2, 0.3, 0.25), translation(0.0, 0.0, z))) for z in (-0.125, 0.125)]
-    model = load_robot("planar2")._replace(shapes=(*halves, LinkShape(2, Box((1.0, 1.0, 1.0)))))
+    model = structs.replace(load_robot("planar2"), shapes=(*halves, LinkShape(2, Box((1.0, 1.0, 1.0)))))
     found = solid_of_link(model, 1)
     assert found is not None
     assert np.diag(found.inertia) == pytest.approx([0.34 / 12, 0.29 / 12, 0.13 / 12])
@@ -294,8 +295,8 @@ def test_masses_load_the_joints_as_in_their_source(name: str, kilograms: float, 
 
 
 def test_all_links_without_a_mass_are_told_at_once() -> None:
-    model = load_robot("cobra600")._replace(links=load_robot("cobra600").links[:3])
+    model = structs.replace(load_robot("cobra600"), links=load_robot("cobra600").links[:3])
     with pytest.raises(NotAvailable) as told:
-        inertial_model(model._replace(masses=(LinkMasses(), LinkMasses(2.0), LinkMasses())))
+        inertial_model(structs.replace(model, masses=(LinkMasses(), LinkMasses(2.0), LinkMasses())))
     assert "links 1 and 3 of Adept Cobra 600" in told.value.detail
     assert "[[masses]]" in told.value.hint

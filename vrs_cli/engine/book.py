@@ -17,7 +17,7 @@ from functools import reduce
 from itertools import islice, pairwise
 from typing import Protocol, TypeVar
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.engine.history import History, HistoryStep, commands_in_force, records
 from vrs_cli.errors import RequestRefused
@@ -254,8 +254,8 @@ class Book:
         if len(self.deltas) % PART != 1:  # at the start of a part of the log, both deltas stay as they are in the file
             before = self.deltas[-2]
             kept = before.segments[: delta.keep - before.keep]
-            shorter = delta._replace(drop=delta.drop - len(before.segments) + len(kept))
-            self.deltas[-2], self.deltas[-1] = before._replace(segments=kept), shorter
+            shorter = structs.replace(delta, drop=delta.drop - len(before.segments) + len(kept))
+            self.deltas[-2], self.deltas[-1] = structs.replace(before, segments=kept), shorter
         self._let_go([delta])
         self.notify([delta])
 
@@ -299,7 +299,7 @@ class Book:
         """
         undone, version = self.history.last_undone(count), self.timeline.version
         again = (one.step.present(version + number) for number, one in enumerate(undone))
-        done_again = (delta._replace(cause=Cause.REDO) for delta in again)
+        done_again = (structs.replace(delta, cause=Cause.REDO) for delta in again)
         deltas, timeline = yield from self._plan_changes(done_again, check)
         self._change(deltas, timeline)
         for _ in undone:
@@ -359,7 +359,7 @@ class Book:
         effect in spite of the error (`happens`).
         """
         if self.marks_events and deltas and deltas[0].events is None:
-            deltas = [deltas[0]._replace(events=EventEdit(self.timeline.event_count)), *deltas[1:]]
+            deltas = [structs.replace(deltas[0], events=EventEdit(self.timeline.event_count)), *deltas[1:]]
         if timeline is None:
             timeline = reduce(Timeline.apply, deltas, self.timeline)
         wrong = None

@@ -284,7 +284,7 @@ class Branches:
             raise UsageError(undone, f"{{UNDO}} them on {MAIN}, or {{DELETEB {name}}}")
         numbers: dict[int, int] = {}  # number of a command on the branch => its number on main
         for number, step in enumerate(done[len(known) :], main.book.number + 1):
-            motion = step.delta.motion._replace(number=number)
+            motion = structs.replace(step.delta.motion, number=number)
             numbers[step.delta.motion.number] = number
             if motion.kind in (MotionKind.EVENT, MotionKind.RECORDED):
                 delta = _set_again(step.delta, motion, old, timeline, numbers)
@@ -339,8 +339,15 @@ def _set_again(
             )
     events = tuple(event._replace(time=t, number=motion.number) for event in delta.events.events)
     edit = EventEdit(new.events_by(t), events=events)
-    return delta._replace(
-        version=new.version, motion=motion, executed=t, cut=new.end, keep=len(new), cause=Cause.COMMAND, events=edit
+    return structs.replace(
+        delta,
+        version=new.version,
+        motion=motion,
+        executed=t,
+        cut=new.end,
+        keep=len(new),
+        cause=Cause.COMMAND,
+        events=edit,
     )
 
 

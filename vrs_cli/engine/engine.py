@@ -573,10 +573,10 @@ class Engine:
         if not self.settings.moves:
             return
         motion, stream = (
-            self._motion_from_now(target.joints, speed, text)._replace(kind=MotionKind.STEERED),
+            structs.replace(self._motion_from_now(target.joints, speed, text), kind=MotionKind.STEERED),
             self.book.stream,
         )
-        if stream is not None and motion._replace(number=stream.number, goal=stream.goal) == stream:
+        if stream is not None and structs.replace(motion, number=stream.number, goal=stream.goal) == stream:
             motion = stream  # the target continues the current stream
         executed, lasting = on_grid(self.now), up_to_grid(tick * TICK_MARGIN)
         try:
@@ -587,7 +587,7 @@ class Engine:
         if motion is stream:
             self.book.prolong(delta)
         else:
-            delta = delta._replace(issued=executed if issued is None else on_grid(issued))
+            delta = structs.replace(delta, issued=executed if issued is None else on_grid(issued))
             self.book.commit([HistoryStep.of(self.timeline, delta, self.now, insert=False)])
 
     def follow(
@@ -610,7 +610,7 @@ class Engine:
             Start.AT, tuple(chunk.joints[-1].tolist()), targets.fraction_of_full(speed, self.settings), text=text
         )
         profile = motion.profile if LAWS[motion.profile].smooth else Profile.SCURVE
-        motion = motion._replace(kind=MotionKind.STEERED, profile=profile)
+        motion = structs.replace(motion, kind=MotionKind.STEERED, profile=profile)
         if self.settings.moves:
             yield from self._chase(chunk, motion, begin, on_grid(self.now if issued is None else issued))
         if not self.realtime:

@@ -11,6 +11,8 @@ from itertools import pairwise
 from operator import attrgetter
 from typing import NamedTuple
 
+from msgspec import structs
+
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.planner import cut_at
 from vrs_cli.engine.position import position_at, rates_in
@@ -263,7 +265,7 @@ def splice(book: Book) -> replies.SpliceReport:
         raise UsageError("no command that is known has changed the timeline", "give a motion first")
     cause = Cause.COMMAND if last is None else last.cause
     return _splice_report(
-        timeline.apply(step.taking_back(timeline.version)), timeline, step.delta._replace(cause=cause)
+        timeline.apply(step.taking_back(timeline.version)), timeline, structs.replace(step.delta, cause=cause)
     )
 
 

@@ -15,8 +15,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, Generic, TypeVar
 from weakref import WeakSet
 
-from msgspec import Struct
-from msgspec.structs import replace
+from msgspec import Struct, structs
 
 from vrs_cli.engine.settings import Settings
 from vrs_cli.trajectory.instant import TICK
@@ -228,7 +227,7 @@ class Snapshot(Struct, frozen=True):
     def with_later_events(self, count: int) -> Snapshot:
         """Return the snapshot without the first `count` events, but with the values of the channels after them."""
         values = last_values(self.timeline(), len(self.values) + count)
-        return replace(self, events=self.events[count:], values=values, first_event=self.first_event + count)
+        return structs.replace(self, events=self.events[count:], values=values, first_event=self.first_event + count)
 
     @property
     def known_events(self) -> KnownEvents:
@@ -277,17 +276,16 @@ def fit_delta(
         keep, drop, segments = count, 0, ()
     if edit is not None:
         kept, events = edit.keep - known.first + known.values, timeline.event_count
-        edit = replace(edit, keep=kept, drop=min(edit.drop, events - kept)) if kept <= events else None
-    # not _replace, which leaves a tuple of 11 items in the free list (CPython 3.11 keeps 2000 of them)
-    return TimelineDelta(*delta[:6], keep, drop, delta.shift, segments, edit)
+        edit = structs.replace(edit, keep=kept, drop=min(edit.drop, events - kept)) if kept <= events else None
+    return structs.replace(delta, keep=keep, drop=drop, segments=segments, events=edit)
 
 
 def unfit_delta(delta: TimelineDelta, first: int, known: KnownEvents = ALL_EVENTS) -> TimelineDelta:
     """Convert a delta of the known part into a delta of the whole timeline: the inverse of `fit_delta`."""
     edit = delta.events
     if edit is not None:
-        edit = replace(edit, keep=edit.keep + known.first - known.values)
-    return delta._replace(keep=delta.keep + first, events=edit)
+        edit = structs.replace(edit, keep=edit.keep + known.first - known.values)
+    return structs.replace(delta, keep=delta.keep + first, events=edit)
 
 
 class TimelineReplaced(Struct, frozen=True):

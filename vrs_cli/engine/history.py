@@ -87,14 +87,14 @@ class HistoryStep(Struct, frozen=True, gc=False):
         back, delta, edit = self.back, self.delta, self.delta.events
         if back is None:
             events = edit and EventEdit(edit.keep, len(edit.events))
-            back = delta._replace(cause=Cause.UNDO, drop=len(delta.segments), segments=(), events=events)
+            back = structs.replace(delta, cause=Cause.UNDO, drop=len(delta.segments), segments=(), events=events)
         elif isinstance(back, Timeline):
             back = back.inverse(delta)
-        return back._replace(version=version, events=self._present(back.events))
+        return structs.replace(back, version=version, events=self._present(back.events))
 
     def present(self, version: int) -> TimelineDelta:
         """Return the delta of this command, to be applied to the timeline with the number `version`."""
-        return self.delta._replace(version=version, events=self._present(self.delta.events))
+        return structs.replace(self.delta, version=version, events=self._present(self.delta.events))
 
     def _present(self, edit: EventEdit | None) -> EventEdit | None:
         """Return an edit of events whose index also counts the events that were later inserted before it."""
@@ -178,7 +178,9 @@ class History:
         steps = [(at, found[at]) for at, delta in enumerate(deltas) if at in found and found[at].delta is delta]
         inverses = {at: step.back for at, step in steps if isinstance(step.back, TimelineDelta)}
         # deltas without segments fill the places of other steps, so that one index serves for both columns
-        backs = [inverses.get(at) or delta._replace(segments=(), events=None) for at, delta in enumerate(deltas)]
+        backs = [
+            inverses.get(at) or structs.replace(delta, segments=(), events=None) for at, delta in enumerate(deltas)
+        ]
         packed = DeltaColumns(backs, None, motions) if inverses else None
         for at, step in steps:
             # change the step in place, because branches compare steps by identity; other threads may read it
@@ -274,8 +276,8 @@ class History:
         delta, back = step.delta, step.back
         segments = Row(islice(timeline, delta.keep, None))
         if isinstance(back, TimelineDelta):
-            back = back._replace(drop=back.drop + len(segments) - len(delta.segments))
-        self.done[-1] = structs.replace(step, _source=delta._replace(segments=segments), _back=back, _index=0)
+            back = structs.replace(back, drop=back.drop + len(segments) - len(delta.segments))
+        self.done[-1] = structs.replace(step, _source=structs.replace(delta, segments=segments), _back=back, _index=0)
 
 
 def _swap_with_records(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistoryStep, list[HistoryStep]]:
@@ -315,7 +317,7 @@ def commands_in_force(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta
             done.append(undone.pop())
         # deltas with the same number are one stream of targets
         elif not done or delta.motion.number != done[-1].motion.number:
-            done.append(delta._replace(segments=()))
+            done.append(structs.replace(delta, segments=()))
             undone.clear()
     return done
 

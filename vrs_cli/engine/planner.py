@@ -89,17 +89,17 @@ def plan_resync(
     goal = joints_at(arm, timeline, finish_after(timeline, begin))
     there = put_inside(measured, arm.model.lower, arm.model.upper)
     distances = tuple([q - p for p, q in zip(joints_at(arm, timeline, begin), there, strict=True)])
-    numbered = resting._replace(kind=MotionKind.JOINT, start=Start.AT, frames=under_way.frames, text=RESYNC)
-    to_measured = numbered._replace(goal=there, speed=1.0, acceleration=1.0, duration=0.0)
+    numbered = structs.replace(resting, kind=MotionKind.JOINT, start=Start.AT, frames=under_way.frames, text=RESYNC)
+    to_measured = structs.replace(numbered, goal=there, speed=1.0, acceleration=1.0, duration=0.0)
     if stops:
         delta = plan(arm, timeline, to_measured, issued, begin, insert=False, slowest=slowest)
         return delta, ResyncReport(begin, delta.segments[-1].finish, distances)
-    on = numbered._replace(goal=goal)
+    on = structs.replace(numbered, goal=goal)
     if begin < timeline[index].finish and under_way.kind in (MotionKind.JOINT, MotionKind.STRAIGHT):
-        on = under_way._replace(number=numbered.number, start=Start.AT, goal=goal, relative=None, rounding=None)
-        on = on._replace(duration=0.0, text=RESYNC)
-    to_measured = to_measured._replace(profile=on.profile)
-    by_joints = on._replace(kind=MotionKind.JOINT, pose=None, tip_speed=None, rotation=None, swivel=None)
+        on = structs.replace(under_way, number=numbered.number, start=Start.AT, goal=goal, relative=None, rounding=None)
+        on = structs.replace(on, duration=0.0, text=RESYNC)
+    to_measured = structs.replace(to_measured, profile=on.profile)
+    by_joints = structs.replace(on, kind=MotionKind.JOINT, pose=None, tip_speed=None, rotation=None, swivel=None)
     text = under_way.text if under_way.text and under_way.text != RESYNC else "where the timeline stood"
 
     def plan_through_measured(motion: Motion) -> tuple[TimelineDelta, ResyncReport]:
@@ -117,7 +117,7 @@ def plan_resync(
 
     if on.kind is MotionKind.STRAIGHT:
         with suppress(MotionError):  # a line may leave the reach; if it does, the motion is joint-interpolated
-            return plan_through_measured(on._replace(goal=None))
+            return plan_through_measured(structs.replace(on, goal=None))
     return plan_through_measured(by_joints)
 
 

@@ -74,7 +74,7 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
         if turned is None:
             raise
         try:
-            segments = _segments_to(structs.replace(problem, motion=problem.motion._replace(pose=turned)))
+            segments = _segments_to(structs.replace(problem, motion=structs.replace(problem.motion, pose=turned)))
         except MotionError:
             raise failure from None
         return tuple(structs.replace(segment, motion=problem.motion) for segment in segments)
@@ -277,7 +277,7 @@ class _Line:
         still = (0.0,) * len(joints)
         segments: list[Segment] = []
         for stop in (*stops, Stop(1.0, self.goal)):
-            motion = self.motion._replace(pose=stop.pose, duration=self.motion.duration * (stop.part - done))
+            motion = structs.replace(self.motion, pose=stop.pose, duration=self.motion.duration * (stop.part - done))
             problem = Problem(self.arm, Here(JointState(joints, still)), motion, start, self.problem.slowest)
             part = _Line(problem, ToolState(pose, STILL, STILL), self.configuration)
             segments += [structs.replace(segment, motion=self.motion) for segment in part.segments()]
@@ -404,7 +404,7 @@ def line_stop(problem: Problem) -> tuple[Segment, ...]:
     problem = structs.replace(problem, slowest=SLOWEST)
     state = next(guided_states(problem, problem.tool, problem.tool.pose))
     stop = _Line(problem, state, arm.line_ways(problem.here.joints.joints)[0], stops=True)
-    stop.limits = tool_limits(arm, motion._replace(speed=1.0, acceleration=1.0, tip_speed=None, rotation=None))
+    stop.limits = tool_limits(arm, structs.replace(motion, speed=1.0, acceleration=1.0, tip_speed=None, rotation=None))
     return stop.segments()
 
 

@@ -8,7 +8,7 @@ from array import array
 from functools import lru_cache
 from math import asin, degrees, hypot, pi
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.engine.settings import FULL_SPEED, MM, Settings
 from vrs_cli.errors import (
@@ -169,13 +169,13 @@ def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
         joints = _drive(destination, target)
         check_joint_limits(arm.model, joints)
         if motion.kind is MotionKind.JOINT:
-            return motion._replace(goal=joints)
-        return motion._replace(pose=compose(arm.forward(joints), motion.frames.tool))
+            return structs.replace(motion, goal=joints)
+        return structs.replace(motion, pose=compose(arm.forward(joints), motion.frames.tool))
     pose = _relative_pose(arm, target, destination, motion.frames)
     if motion.kind is MotionKind.STRAIGHT:
-        return motion._replace(pose=pose)
+        return structs.replace(motion, pose=pose)
     tool = motion.frames.tool
-    return motion._replace(goal=arm.for_tool(tool).select(compose(pose, inverse(tool)), destination))
+    return structs.replace(motion, goal=arm.for_tool(tool).select(compose(pose, inverse(tool)), destination))
 
 
 def _relative_pose(
@@ -214,7 +214,7 @@ def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: F
         model, slides = arm.model, arm.model.units.slides
         lower = tuple(low if slides(i) else max(low, -pi) for i, low in enumerate(model.lower, 1))
         upper = tuple(high if slides(i) else min(high, pi) for i, high in enumerate(model.upper, 1))
-        arm = arm_for(model._replace(lower=lower, upper=upper))
+        arm = arm_for(structs.replace(model, lower=lower, upper=upper))
     return _remembered_joints(arm.for_tool(frames.tool), array("d", (*T_robot_flange, *near)).tobytes(), asked)
 
 

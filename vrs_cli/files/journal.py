@@ -13,7 +13,7 @@ from itertools import count
 from math import inf
 from pathlib import Path
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book, MemoryWindow, WindowSize
 from vrs_cli.engine.engine import Bookmark, Engine
@@ -477,7 +477,7 @@ def check_robot(path: str | Path, model: RobotModel, engine: Engine) -> None:
     """Check that a file was written for the engine's robot. Raises UsageError."""
     ours = engine.model
     # robots that differ only in their shapes count as equal
-    theirs = model._replace(shapes=ours.shapes, collision=ours.collision)
+    theirs = structs.replace(model, shapes=ours.shapes, collision=ours.collision)
     if theirs == ours:
         return
     if theirs.name != ours.name:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, pairwise
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.engine.history import History, HistoryStep
 from vrs_cli.kinematics.arm import RobotArm
@@ -136,7 +136,7 @@ class OlderHand:
             events += _openings(
                 [tail.shift_by(delta.shift)], delta.segments[-1].motion.hand if delta.segments else before
             )
-        return delta._replace(events=EventEdit(keep, after - keep, delta.shift, tuple(events)))
+        return structs.replace(delta, events=EventEdit(keep, after - keep, delta.shift, tuple(events)))
 
 
 def _openings(segments: Iterable[Segment], before: float) -> Iterator[Event]:

@@ -12,7 +12,7 @@ from functools import cached_property, lru_cache, partial
 from math import atan2
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.arm import RobotArm
@@ -144,16 +144,18 @@ def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool =
         return None
     base, (first, *others, last), flange = chain.base, chain.links, chain.flange
     if bare and _along_axis(base):
-        first = first._replace(theta=first.theta + atan2(base.ny, base.nx), d=first.d + base.pz)
+        first = structs.replace(first, theta=first.theta + atan2(base.ny, base.nx), d=first.d + base.pz)
         base = IDENTITY
     if bare and _along_axis(flange):
-        last = last._replace(theta=last.theta + atan2(flange.ny, flange.nx), d=last.d + flange.pz)
+        last = structs.replace(last, theta=last.theta + atan2(flange.ny, flange.nx), d=last.d + flange.pz)
         flange = IDENTITY
     chain = Chain(base, (first, *others, last), flange, chain.signs)
     ends = zip(chain.of(model.lower), chain.of(model.upper), strict=True)
     lower, upper = zip(*((min(pair), max(pair)) for pair in ends), strict=True)
-    links = tuple(link._replace(theta=0.0) for link in chain.links)
-    inner = model._replace(links=links, base=IDENTITY, flange=IDENTITY, lower=lower, upper=upper, task=ArmTask.POSE)
+    links = tuple(structs.replace(link, theta=0.0) for link in chain.links)
+    inner = structs.replace(
+        model, links=links, base=IDENTITY, flange=IDENTITY, lower=lower, upper=upper, task=ArmTask.POSE
+    )
     return Canonical(chain, inner)
 
 

@@ -18,7 +18,7 @@ from itertools import accumulate, combinations
 from math import atan2, cos, dist, hypot, sin, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.errors import JointOutOfRange
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits, Profile
@@ -52,7 +52,7 @@ class AxisLine(NamedTuple):
     direction: Vector
 
 
-class Link(NamedTuple):
+class Link(Struct, frozen=True):
     """A link, described by standard Denavit-Hartenberg parameters: Rz(theta) Tz(d) Tx(a) Rx(alpha) [m, rad].
 
     The value of the joint is added to theta if it is revolute, to d if it is prismatic.
@@ -286,9 +286,9 @@ class Origin(Struct, frozen=True):
 NOT_COMPARED = 3  # number of fields at the end of a model that `==` ignores
 
 
-class _ModelData(NamedTuple):
-    """The data of a robot. `lower` to `max_jerk` have a value for each joint: limits [rad, m], maximum velocity [rad/s,
-    m/s], acceleration and jerk.
+class RobotModel(Struct, frozen=True, dict=True, eq=False):
+    """The data of a robot, and values computed from them. `lower` to `max_jerk` have a value for each joint: limits
+    [rad, m], maximum velocity [rad/s, m/s], acceleration and jerk.
 
     T_base_flange = base . links . flange; `task` is the part of a pose that counts. The linear [m/s, m/s2, m/s3] and
     angular [rad/s, rad/s2, rad/s3] values are the limits of the tool on a straight line at SPEED 100. `profile`: the
@@ -325,12 +325,10 @@ class _ModelData(NamedTuple):
     origin: Origin | None = None
     names_task: bool = True
 
-
-class RobotModel(_ModelData):
-    """A robot: its data, and values computed from the data."""
-
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, RobotModel) and self[:-NOT_COMPARED] == other[:-NOT_COMPARED]
+        if not isinstance(other, RobotModel):
+            return False
+        return structs.astuple(self)[:-NOT_COMPARED] == structs.astuple(other)[:-NOT_COMPARED]
 
     def __ne__(self, other: object) -> bool:
         return not self == other

@@ -13,6 +13,8 @@ from math import hypot
 from reprlib import repr as brief
 from typing import TYPE_CHECKING, Any
 
+from msgspec import structs
+
 from vrs_cli.kinematics.compiled import formulas, volume
 from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, TINY, DataReader, Quantity
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
@@ -170,7 +172,7 @@ def to_dict(model: RobotModel) -> dict[str, Any]:
     data |= {key: list(T) for key in ("base", "flange") if (T := getattr(model, key)) != IDENTITY}
     if model.task is not ArmTask.POSE or model.joint_count < ALL_PARTS:
         data["task"] = model.task.value
-    links = ({**link._asdict(), "kind": link.kind.value} for link in model.links)
+    links = ({**structs.asdict(link), "kind": link.kind.value} for link in model.links)
     usual = {"theta": 0.0, "kind": TURN}.items()
     data["joints"] = [
         {
@@ -222,7 +224,7 @@ class ModelReader(DataReader, frozen=True):
         model = RobotModel(
             name=self.word(table["name"], "name"),
             title=self.word(table["title"], "title"),
-            links=tuple(Link(**{key: joint[key] for key in Link._fields}) for joint in joints),
+            links=tuple(Link(**{key: joint[key] for key in Link.__struct_fields__}) for joint in joints),
             poses=self.poses(table["poses"], joints),
             **figures,
             profile=str(profile),
@@ -235,7 +237,7 @@ class ModelReader(DataReader, frozen=True):
             raise self.wrong(
                 "joints", "their axes all meet in the flange, which they do not move", "give links a length"
             )
-        return model._replace(task=self.task(table.get("task"), model), names_task="task" in table)
+        return structs.replace(model, task=self.task(table.get("task"), model), names_task="task" in table)
 
     def shapes(self, data: object, joints: int, key: str = "shapes") -> tuple[LinkShape, ...]:
         if data is None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, NotAvailable
 from vrs_cli.extras import cached
@@ -54,7 +54,7 @@ def load_robot(name_or_path: str | Path, ends: Ends = NO_ENDS, task: str | None 
     wanted = ArmTask(task)
     if (misfit := misfit_of(wanted, model)) is not None:
         raise NotAvailable(*misfit)
-    return model._replace(task=wanted)
+    return structs.replace(model, task=wanted)
 
 
 def _without_ends(model: RobotModel, ends: Ends) -> RobotModel:

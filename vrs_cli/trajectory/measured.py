@@ -20,7 +20,7 @@ from math import inf, isfinite, nan
 from operator import attrgetter
 from typing import TYPE_CHECKING, overload
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.joints import Joints
@@ -251,10 +251,10 @@ class MeasuredTimeline(Sequence[Report]):
         segments: list[Segment] = []
         for a, b in pairwise(reports):
             if like is not None and (frames := like.locate(a.t)[0].motion.frames) is not motion.frames:
-                motion = MEASURED._replace(frames=frames)
+                motion = structs.replace(MEASURED, frames=frames)
             segments += _stretch(a, b, motion) if b.t - a.t <= GAP else [rest(a.joints, 0.0, on_grid(a.t), motion)]
         frames = MEASURED.frames if like is None else like.locate(last.t)[0].motion.frames
-        segments.append(rest(last.joints, 0.0, on_grid(last.t), MEASURED._replace(frames=frames)))
+        segments.append(rest(last.joints, 0.0, on_grid(last.t), structs.replace(MEASURED, frames=frames)))
         before = rest(first.joints, 0.0, on_grid(first.t), segments[0].motion)
         return Timeline([before, *segments], events=() if like is None else like.event_slice(0, like.events_by(last.t)))
 

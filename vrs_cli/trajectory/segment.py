@@ -13,7 +13,7 @@ from enum import Enum
 from itertools import chain, pairwise
 from typing import Any, NamedTuple
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Configuration, Demands, Joints, Twist
 from vrs_cli.kinematics.transform import (
@@ -432,7 +432,7 @@ class PackedMotion(Struct, frozen=True, gc=False):
     def of(cls, motion: Motion, before: PackedMotion | None) -> PackedMotion:
         """Pack a motion. `before`: the previously packed motion, which often has the same values in other fields."""
         goal, like = motion.goal or (), before.like if before else motion
-        fields = zip(motion, _fields(like, motion.number, motion.goal, motion.text), strict=True)
+        fields = zip(structs.astuple(motion), _fields(like, motion.number, motion.goal, motion.text), strict=True)
         # equal floats have the same bits, except 0.0 and -0.0
         known = all(a is b or (type(a) is type(b) is float and a == b != 0.0) for a, b in fields)
         return cls(motion.number, _DOUBLES[len(goal)].pack(*goal), motion.text, like if known else motion)
@@ -447,15 +447,15 @@ class PackedMotion(Struct, frozen=True, gc=False):
 
     def unpack(self) -> Motion:
         goal = _DOUBLES[len(self.goal) // DOUBLE_BYTES].unpack(self.goal)
-        return _new(Motion, _fields(self.like, self.number, goal, self.text))
+        return Motion(*_fields(self.like, self.number, goal, self.text))
 
 
-_NUMBER, _GOAL, _TEXT = map(Motion._fields.index, ("number", "goal", "text"))
+_NUMBER, _GOAL, _TEXT = map(Motion.__struct_fields__.index, ("number", "goal", "text"))
 
 
 def _fields(like: Motion, number: int, goal: Joints | None, text: str) -> list[Any]:
     """Return the fields of a motion that differs from the motion `like` only in number, goal and text."""
-    fields = list(like)
+    fields = list(structs.astuple(like))
     fields[_NUMBER], fields[_GOAL], fields[_TEXT] = number, goal, text
     return fields
 

@@ -16,7 +16,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from itertools import accumulate, chain, groupby, islice, zip_longest
 from math import inf
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, overload
+from typing import TYPE_CHECKING, Any, Protocol, overload
+
+from msgspec import Struct, structs
 
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.rope import Leaf, OffsetNode, RowPart
@@ -38,7 +40,7 @@ class Cause(Enum):
     REDO = "redo"
 
 
-class TimelineDelta(NamedTuple):
+class TimelineDelta(Struct, frozen=True):
     """A change that turns timeline `version` into `version + 1`.
 
     The first `keep` segments stay; if the last of them ends after `cut` [s], it is truncated there. The next `drop`
@@ -346,7 +348,9 @@ class Timeline:
             gone = tuple(self.event(index) for index in range(edit.keep, edit.keep + edit.drop))
             events = EventEdit(edit.keep, len(edit.events), 0.0 - edit.shift, gone)
         if self._is_of_events(delta):
-            return TimelineDelta(self.version + 1, Cause.UNDO, *delta[2:8], 0.0, (), events)
+            return structs.replace(
+                delta, version=self.version + 1, cause=Cause.UNDO, shift=0.0, segments=(), events=events
+            )
         kept_whole = delta.keep
         if kept_whole and self[kept_whole - 1].finish > delta.cut:
             kept_whole -= 1  # the inverse restores the truncated segment

@@ -75,7 +75,7 @@ class Swivel(Struct, frozen=True, array_like=True):
     value: float | None = None
 
 
-class Motion(NamedTuple):
+class Motion(Struct, frozen=True):
     """A motion of a timeline, with all data needed to plan it again from another start. `number` counts the motions of
     a timeline from 1; 0 is the initial pose. `goal`: the joints to reach [rad] (JOINT), or the first target (STEERED).
     `pose`: T_robot_tool to reach (STRAIGHT). `relative`: the target from which goal and pose are computed if it depends

@@ -45,7 +45,6 @@ ZERO, FULL = 0.0, 1.0  # default values: msgspec omits a field that holds exactl
 # default values of a motion's fields
 DEFAULTS = (("speed", FULL), ("acceleration", FULL), ("duration", ZERO), ("hand", ZERO))
 NO_FRAMES = Frames()
-_new = tuple.__new__  # makes a NamedTuple faster than calling its class; used for each line of a file
 
 Number = Annotated[float, msgspec.Meta(ge=-MAX_NUMBER, le=MAX_NUMBER)]
 Time = Annotated[float, msgspec.Meta(ge=-2.0 * LATEST, le=2.0 * LATEST)]
@@ -240,7 +239,7 @@ class Motions(dict[int, Motion]):
             return motion.number
         self[motion.number] = motion
         frames = FramesRecord(*map(_rows_unless_identity, (motion.frames.base, motion.frames.tool)))
-        values = motion._asdict()
+        values = msgspec.structs.asdict(motion)
         values |= {name: _default(values[name], default) for name, default in DEFAULTS}
         values |= {
             "pose": None if motion.pose is None else _rows(motion.pose),
@@ -289,7 +288,7 @@ def segment_records(
 def delta_record(delta: TimelineDelta, motions: Motions, pieces: Pieces = no_pieces) -> DeltaRecord:
     """Convert a delta to a record, and add its motion to `motions`."""
     edit = delta.events
-    values = delta._asdict() | {
+    values = msgspec.structs.asdict(delta) | {
         "motion": motions.reference(delta.motion),
         "segments": segment_records(delta.segments, motions, delta.motion, pieces),
         "shift": _default(delta.shift, ZERO),
@@ -386,9 +385,8 @@ def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta
         events = EventEdit(edit.keep, edit.drop, _on_grid(edit.shift), events_of(edit.events))
     segments = segments_of(record.segments, motions, motion, form)
     times = record.issued, record.executed, record.cut
-    return _new(
-        TimelineDelta,
-        (record.version, record.cause, motion, *times, record.keep, record.drop, record.shift, segments, events),
+    return TimelineDelta(
+        record.version, record.cause, motion, *times, record.keep, record.drop, record.shift, segments, events
     )
 
 
@@ -455,7 +453,7 @@ def _motion_of(record: MotionRecord, form: Form) -> Motion:
         record.rounding,
         None if swivel is None else _swivel(swivel, form),
     )
-    return _new(Motion, fields)
+    return Motion(*fields)
 
 
 def _frame(rows: Rows | None) -> Transform:

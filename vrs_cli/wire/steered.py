@@ -13,6 +13,8 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from struct import pack
 
+from msgspec import structs
+
 from vrs_cli.engine.approximation import joint_pieces, known_tolerance
 from vrs_cli.engine.planner import cut_at
 from vrs_cli.engine.single_motion import joint_limits
@@ -78,7 +80,7 @@ def steered_delta(
         raise records.RecordError(
             "a target of steering has become something else: it was made by another version of vrs"
         )
-    return delta if not first else TimelineDelta(*delta[:6], delta.keep + first, *delta[7:])
+    return delta if not first else structs.replace(delta, keep=delta.keep + first)
 
 
 def _plan_again(

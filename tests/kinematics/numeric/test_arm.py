@@ -28,7 +28,7 @@ from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetSwivel, St
 from vrs_cli.wire.records import Form, Motions, RecordError, segment_records, segments_of
 
 URDF = Path(__file__).parents[1] / "urdf"
-FIVE = load_robot(URDF / "five.urdf")._replace(task=ArmTask.POSE)  # which no five joints can have everywhere
+FIVE = structs.replace(load_robot(URDF / "five.urdf"), task=ArmTask.POSE)  # which no five joints can have everywhere
 
 
 def arm_of(name: str) -> RobotArm:

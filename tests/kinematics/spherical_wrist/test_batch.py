@@ -6,6 +6,7 @@ from math import atan2, pi, radians
 
 import numpy as np
 import pytest
+from msgspec import structs
 from numpy.typing import NDArray
 
 from tests.examples import some
@@ -21,7 +22,7 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat
 PUMA = load_robot("puma560")
 ARM = arm_for(PUMA)
 SHOULDERED = arm_for(
-    PUMA._replace(name="shouldered", links=(Link(0.1, 0.5, -pi / 2), Link(0.4, 0, 0), *PUMA.links[2:]))
+    structs.replace(PUMA, name="shouldered", links=(Link(0.1, 0.5, -pi / 2), Link(0.4, 0, 0), *PUMA.links[2:]))
 )
 AWAY = (1.5, 1.5, 1.5, 4.0, 1.5, 4.0)
 
@@ -31,7 +32,7 @@ def aside(sign: float) -> RobotArm:
     lower, upper = (
         tuple(q + sign * more for q, more in zip(ends, AWAY, strict=True)) for ends in (PUMA.lower, PUMA.upper)
     )
-    return arm_for(PUMA._replace(name="aside", lower=lower, upper=upper))
+    return arm_for(structs.replace(PUMA, name="aside", lower=lower, upper=upper))
 
 
 TOOL = from_oat(0.03, -0.05, 0.12, 0.4, 0.5, 0.6)
@@ -92,7 +93,7 @@ def test_one_branch(arm: RobotArm, configuration: Configuration) -> None:
 
 
 def test_one_branch_above_the_waist_keeps_joint_1() -> None:
-    plain = arm_for(PUMA._replace(name="plain", links=(*PUMA.links[:1], Link(0.4, 0, 0), *PUMA.links[2:])))
+    plain = arm_for(structs.replace(PUMA, name="plain", links=(*PUMA.links[:1], Link(0.4, 0, 0), *PUMA.links[2:])))
     T = stack([IDENTITY._replace(pz=0.6), IDENTITY._replace(px=0.3, pz=0.5)])
     near = np.full((2, 6), 0.7)
     found = plain.batch.inverse_branch(T, ALL[0], near)

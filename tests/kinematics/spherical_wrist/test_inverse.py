@@ -6,6 +6,7 @@ import random
 from math import cos, pi, radians, sin
 
 import pytest
+from msgspec import structs
 
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import ALL, Joints
@@ -177,7 +178,8 @@ def test_the_shoulder_alignment_keeps_both_arms() -> None:
     assert righty[0] == pytest.approx(lefty[0], abs=1e-9)
 
 
-INDUSTRIAL = PUMA._replace(  # shoulder offset a1, pedestal d1, no lateral offset: what most six-axis arms are
+INDUSTRIAL = structs.replace(
+    PUMA,  # shoulder offset a1, pedestal d1, no lateral offset: what most six-axis arms are
     name="industrial",
     links=(
         Link(0.15, 0.5, -pi / 2),

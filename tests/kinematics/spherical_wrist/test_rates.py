@@ -6,6 +6,7 @@ import random
 from math import atan2, pi, radians
 
 import pytest
+from msgspec import structs
 
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
@@ -17,7 +18,7 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, axis_angle, compos
 
 PUMA = load_robot("puma560")
 ARM = arm_for(PUMA)
-PEDESTAL = arm_for(PUMA._replace(name="pedestal", links=(Link(0.15, 0.5, -pi / 2), *PUMA.links[1:])))
+PEDESTAL = arm_for(structs.replace(PUMA, name="pedestal", links=(Link(0.15, 0.5, -pi / 2), *PUMA.links[1:])))
 READY = PUMA.poses["ready"]
 TOOL = from_oat(0.03, -0.05, 0.12, 0.4, 0.5, 0.6)
 H = 1e-6
@@ -117,7 +118,7 @@ def test_the_stretched_arm_turns_as_one_bar_and_no_longer_reaches_out() -> None:
 
 def test_above_the_waist_the_wrist_cannot_go_sideways() -> None:
     bars = (Link(0.4, 0.0, 0.0), Link(0.0, 0.0, pi / 2), Link(0.0, 0.4, -pi / 2))
-    arm = arm_for(PUMA._replace(name="plain", links=(PUMA.links[0], *bars, *PUMA.links[4:])))
+    arm = arm_for(structs.replace(PUMA, name="plain", links=(PUMA.links[0], *bars, *PUMA.links[4:])))
     q = (0.0, -pi / 3, radians(30), 0.0, 0.5, 0.0)
     assert arm.singularity(q).shoulder < 1e-15
     with pytest.raises(StraightLineSingular, match="shoulder: the wrist is above or below"):

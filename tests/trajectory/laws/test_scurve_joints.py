@@ -192,7 +192,7 @@ def test_a_lower_speed_is_exceeded_by_no_more_than_the_state_forces(name: str) -
     hardest = hardest_limits(arm)
     for _ in range(some(400)):
         speed, acceleration = random.choice((0.01, 0.2, 0.7)), random.choice((1.0, 1.0, 0.3))
-        limits = joint_limits(arm, MOTION._replace(speed=speed, acceleration=acceleration))
+        limits = joint_limits(arm, structs.replace(MOTION, speed=speed, acceleration=acceleration))
         begin = state(random, hardest)
         check(begin, random.choice((place(random, hardest), beside_its_stop(random, begin, hardest))), limits)
 
@@ -201,7 +201,7 @@ def test_a_joint_inside_a_lower_speed_stays_inside() -> None:
     """Joint 1 of a PUMA at SPEED 20: its acceleration must go as fast as it can, not together with that of other
     joints.
     """
-    limits = joint_limits(ARMS["puma560"], MOTION._replace(speed=0.2))
+    limits = joint_limits(ARMS["puma560"], structs.replace(MOTION, speed=0.2))
     begin = JointState((0.0,) * 6, (-0.263, 0.0, 0.0, 0.0, 0.0, 0.0), (4.76, 0.0, 0.0, 0.0, 0.0, 0.0))
     for goal in ((2.0, -0.5, 0.1, 0.0, 0.0, 0.0), (-2.0, 1.0, 0.5, 0.3, 0.2, 0.1), (0.01, 0.0, 0.0, 3.0, 0.0, 0.0)):
         check(begin, goal, limits)

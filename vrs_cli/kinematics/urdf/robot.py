@@ -23,6 +23,8 @@ from math import copysign, dist, pi, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
+from msgspec import structs
+
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.compiled import volume
@@ -120,10 +122,11 @@ def robot_of(
         "ready" not in cast(Mapping[str, object], table.get("poses", {}))
         and (ready := better_ready(model, ahead)) is not None
     ):
-        model = model._replace(poses={**model.poses, "ready": ready.joints})
+        model = structs.replace(model, poses={**model.poses, "ready": ready.joints})
         notes.append(ready.note)
     folder = Path(file).absolute().parent
-    return model._replace(
+    return structs.replace(
+        model,
         shapes=reader.shapes(table.get("shapes"), model.joint_count) or link_shapes(folder, tree, arm.places),
         collision=reader.shapes(table.get("collision"), model.joint_count, "collision")
         or link_shapes(folder, tree, arm.places, collision=True),
@@ -260,7 +263,7 @@ def _figures(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) -
 def _model(
     name: str, chain: Chain, joints: Sequence[Mapping[str, float]], reader: ModelReader, table: Mapping[str, object]
 ) -> RobotModel:
-    rows = [{**link._asdict(), **joint} for link, joint in zip(chain.links, joints, strict=True)]
+    rows = [{**structs.asdict(link), **joint} for link, joint in zip(chain.links, joints, strict=True)]
     ends = [(joint["lower"], joint["upper"]) for joint in joints]
     rest = [0.0 if lower <= 0.0 <= upper else (lower + upper) / 2 for lower, upper in ends]
     tool: dict[str, float] = {}

@@ -20,6 +20,8 @@ from itertools import pairwise
 from math import copysign, inf, nextafter, sqrt
 from typing import NamedTuple
 
+from msgspec import structs
+
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, Profile
 from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND, up_to_grid
 from vrs_cli.trajectory.laws.law import Change, Coming, Pieces, Row, ramps
@@ -91,7 +93,7 @@ def joint_stops(state: JointState, limits: JointLimits, start: float, motion: Mo
     """
     yield joint_stop(state, limits, start, motion)
     if not state.acceleration:
-        yield from stops_at_constant_acceleration(state, limits, start, motion._replace(profile=Profile.LSPB))
+        yield from stops_at_constant_acceleration(state, limits, start, structs.replace(motion, profile=Profile.LSPB))
 
 
 def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
