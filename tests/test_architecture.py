@@ -143,6 +143,7 @@ DEFERRED = (
         ("vrs_cli.values.scene", "vrs_cli.values.world"),
         "types of arguments, and few runs have a scene",
     ),
+    Deferred(("interfaces/actor", "language/text/collector.py"), ("queue",), "short runs have no second thread"),
     Deferred(("contacts/watch.py",), ("vrs_cli.extras",), "only messages need it"),
     Deferred(("cli/kinds.py",), ("ipaddress", "datetime"), "few runs have a network or make tokens"),
     Deferred(("language/run/environment.py",), ("vrs_cli.language.compile.direct",), "few programs CALL others"),

@@ -43,7 +43,7 @@ METHODS = {  # the method of `vrs_cli.api.robot` for each word or whole command;
     "RESYNC STOP": "resync(stop=True)",
     "UNDO": "undo({rest})",
 }
-_TYPED = re.compile(r"\{([A-Z][^{}]*)\}")
+_TYPED = r"\{([A-Z][^{}]*)\}"
 
 
 class VrsError(Exception):
@@ -79,13 +79,13 @@ class VrsError(Exception):
     ) -> None:
         super().__init__(detail, hint)
         self.detail: Final = detail
-        self.hint: Final = _TYPED.sub(r"\1", hint)
+        self.hint: Final = re.sub(_TYPED, r"\1", hint)
         self.value: Final = value
         self.lower: Final = lower
         self.upper: Final = upper
         self.joint: Final = joint
         self.place: Final = place
-        self.in_python: Final = in_python or (_TYPED.sub(_method, hint) if self.hint != hint else "")
+        self.in_python: Final = in_python or (re.sub(_TYPED, _method, hint) if self.hint != hint else "")
 
     def reworded(self, detail: str | None = None, hint: str | None = None, place: Place | None = None) -> Self:
         """Return a copy of this error with another detail, hint or place."""

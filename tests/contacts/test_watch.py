@@ -18,7 +18,8 @@ from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.streams import DRAG_TICK
 from vrs_cli.kinematics.transform import at_position
-from vrs_cli.values.hand import Axis, Frame, Limit
+from vrs_cli.values.dragging import Limit
+from vrs_cli.values.hand import Axis, Frame
 from vrs_cli.values.replies import MotionReport, ReachReport
 from vrs_cli.values.results import Message
 

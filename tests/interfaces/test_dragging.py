@@ -16,7 +16,7 @@ from vrs_cli.kinematics.numeric.search import NEAREST_STEPS
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, angle_between, at_position, distance, from_oat
 from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetSwitch
-from vrs_cli.values.hand import Hold, Limit, Shortfall
+from vrs_cli.values.dragging import Hold, Limit, Shortfall
 
 MODEL = load_robot("puma560")
 SEVEN = Path(__file__).parent.parent / "kinematics" / "urdf" / "seven.urdf"

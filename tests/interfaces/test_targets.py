@@ -19,7 +19,7 @@ from vrs_cli.interfaces.targets import RELEASE_AFTER_S, TargetControl
 from vrs_cli.interfaces.users import RobotLease
 from vrs_cli.kinematics.transform import Transform, at_position, distance, from_oat
 from vrs_cli.language.words.word import Role
-from vrs_cli.values.hand import DragState, Hold, Limit, Shortfall
+from vrs_cli.values.dragging import DragState, Hold, Limit, Shortfall
 
 TABLE = from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0)
 

@@ -37,7 +37,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.values.commands import SetBase, SetMonitorSpeed, SetParameter, SetTool
-from vrs_cli.values.hand import Limit, Shortfall
+from vrs_cli.values.dragging import Limit, Shortfall
 
 TICK = 0.02  # [s]
 ROUNDING = 1e-6

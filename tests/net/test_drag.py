@@ -9,7 +9,7 @@ from vrs_cli.interfaces.targets import RELEASE_AFTER_S
 from vrs_cli.kinematics.transform import Transform, at_position
 from vrs_cli.net.messages import Drag, Pulled, Told
 from vrs_cli.trajectory.timeline import TimelineDelta
-from vrs_cli.values.hand import Hold, Limit
+from vrs_cli.values.dragging import Hold, Limit
 from vrs_cli.wire.codec import Encoding, encode
 from vrs_cli.wire.steered import steered_record
 

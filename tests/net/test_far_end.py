@@ -21,7 +21,7 @@ from vrs_cli.net.messages import At, Clock, Done, Line, Subscribe, Told
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.values.acts import Rest
 from vrs_cli.values.commands import JointOffsetTarget, Move
-from vrs_cli.values.hand import DragState
+from vrs_cli.values.dragging import DragState
 from vrs_cli.values.questions import LineWanted, PromptStatus
 from vrs_cli.values.results import Message
 from vrs_cli.wire.codec import Encoding

@@ -34,7 +34,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose
 from vrs_cli.language.run.signals import NO_INPUTS, Cell
 from vrs_cli.values.acts import DragTool, FollowChunk, Steer
-from vrs_cli.values.hand import Shortfall
+from vrs_cli.values.dragging import Shortfall
 from vrs_cli.values.results import FollowReport
 
 Signals: TypeAlias = str | Path | Iterable[tuple[float, int, bool]]

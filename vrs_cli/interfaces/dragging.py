@@ -28,7 +28,7 @@ from vrs_cli.kinematics.model import RobotModel, some_joints
 from vrs_cli.kinematics.numeric.search import Aim, Nearest, Side
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.state import Target
-from vrs_cli.values.hand import Hold, Limit, Shortfall
+from vrs_cli.values.dragging import Hold, Limit, Shortfall
 
 MISS_TOLERANCE = 1e-4, radians(0.05)  # [m, rad] the tool counts as at its target within this distance and rotation
 # with less progress towards a target (fraction of the remaining distance) the descent counts as stalled

@@ -40,7 +40,7 @@ from vrs_cli.interfaces.users import STOPPED, StreamKind, TargetStream, UserStat
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.state import Target
-from vrs_cli.values import acts, hand
+from vrs_cli.values import acts, dragging, hand
 from vrs_cli.values.results import FollowReport
 
 RELEASE_AFTER_S = 0.6  # [s] the drag of the tool ends after this real time without a target
@@ -122,7 +122,7 @@ class TargetControl(NamedTuple):
         if session.stream is stream:
             session.stream = None
             if stream.dragging is not None:
-                stream.dragging, session.pulled = None, hand.DragState(why=why)
+                stream.dragging, session.pulled = None, dragging.DragState(why=why)
                 if not session.engine.realtime:
                     session.settle(session.engine.end)
 
@@ -192,7 +192,7 @@ class TargetControl(NamedTuple):
 
     # --- a tool ---
 
-    def drag(self, pose: Transform | None) -> hand.Shortfall:
+    def drag(self, pose: Transform | None) -> dragging.Shortfall:
         """Take a target pose as `pull` does, and return how far the tool is from the pose. If the user has moved the
         robot in another way since the last pose, a new drag begins. An error closes the stream. Raises RequestRefused,
         once, if the robot was stopped since the last pose."""
@@ -257,6 +257,6 @@ class TargetControl(NamedTuple):
             self._end(stream, str(error) if isinstance(error, VrsError) else internal)
             raise
         stream.version = engine.timeline.version
-        session.pulled = hand.DragState(stream.user_state.name, held, issued=stream.issued)
+        session.pulled = dragging.DragState(stream.user_state.name, held, issued=stream.issued)
         if not engine.realtime:
             session.settle(engine.now + streams.DRAG_TICK)

@@ -29,7 +29,7 @@ from vrs_cli.net.timesync import Estimate, TimeSync
 from vrs_cli.trajectory.reports import ReportColumns
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Define, Go
-from vrs_cli.values.hand import DragState as PulledState
+from vrs_cli.values.dragging import DragState as PulledState
 from vrs_cli.wire.cells import cell_of
 from vrs_cli.wire.codec import Frame
 from vrs_cli.wire.messages import Refusal, snapshot_of

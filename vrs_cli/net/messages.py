@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from vrs_cli.interfaces.users import Notice
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.values.hand import DragState as PulledState
+from vrs_cli.values.dragging import DragState as PulledState
 from vrs_cli.values.measured import BodyMode, BodySeen, DivergenceAlarm
 from vrs_cli.values.world import ContactSpan, CourseRows
 from vrs_cli.wire.codec import Encoding

@@ -13,7 +13,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, is_rotation
 from vrs_cli.values import commands, replies
 from vrs_cli.values.diagnostics import Diagnostic
-from vrs_cli.values.hand import Shortfall
+from vrs_cli.values.dragging import Shortfall
 from vrs_cli.values.numbers import LIMIT, Value
 from vrs_cli.values.results import (
     CommandRecord,

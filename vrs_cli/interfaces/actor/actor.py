@@ -10,10 +10,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
 from itertools import count
 from math import inf
-from queue import SimpleQueue
 from threading import Lock, Thread
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -39,6 +38,8 @@ from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE
 from vrs_cli.values import questions, results
 
 if TYPE_CHECKING:
+    from queue import SimpleQueue
+
     from vrs_cli.interfaces.tasks.driver import Driver
     from vrs_cli.values.replies import Reply
 
@@ -83,8 +84,6 @@ class Actor:
         self.worked = 0.0
         self.spent: Callable[[object, Ticket[Any], float], None] = lambda _by, _ticket, _seconds: None
         self._stepping = Lock()
-        # work for other threads; a thread that gets None ends
-        self._works: SimpleQueue[tuple[Ticket[Any], Work] | None] = SimpleQueue()
         self._workers = 0
         self._server: Thread | None = None
         self._closed = False
@@ -374,6 +373,13 @@ class Actor:
         if self._workers < min(len(self._working), MAX_WORK_THREADS):
             self._workers += 1
             Thread(target=self._work_on, name="beside", daemon=True).start()
+
+    @cached_property
+    def _works(self) -> SimpleQueue[tuple[Ticket[Any], Work] | None]:
+        """Return the queue of work for other threads; a thread that gets None ends."""
+        from queue import SimpleQueue  # imported here because short runs have no work for other threads
+
+        return SimpleQueue()
 
     def _work_on(self) -> None:
         """Do the queued work of requests. This method is the loop of a worker thread."""

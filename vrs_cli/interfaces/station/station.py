@@ -43,7 +43,7 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.text import ast, collector, parser
 from vrs_cli.language.words import values, word
-from vrs_cli.values import diagnostics, hand, results
+from vrs_cli.values import diagnostics, dragging, results
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -125,7 +125,7 @@ class Station:
         self._user_states: WeakSet[UserState] = WeakSet((self.user_state,))
         self.lease: RobotLease | None = None
         self.stream: TargetStream | None = None  # stream of targets that the robot is following; None if there is none
-        self.pulled = hand.DragState()  # which user drags the tool, and how far it is from its target
+        self.pulled = dragging.DragState()  # which user drags the tool, and how far it is from its target
         self.stops = 0  # number of times that a user has stopped the robot
         # raises FileError or LimitReached if the robot can store no change now
         self.check_room: Callable[[], None] = lambda: None
@@ -502,7 +502,7 @@ class Station:
         for stream in chain.from_iterable(user_state.streams.values() for user_state in self._user_states):
             stream.ended = stream.ended or STOPPED
         self.user_state.streams.pop(StreamKind.CHUNKS, None)  # who stops the robot may send the next chunk
-        self.stops, self.pulled = self.stops + 1, hand.DragState(why=STOPPED)
+        self.stops, self.pulled = self.stops + 1, dragging.DragState(why=STOPPED)
         for number in tasks:
             self.driver.abort(number)
         self.engine.stop()

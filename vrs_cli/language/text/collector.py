@@ -6,9 +6,13 @@ import gc
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from queue import SimpleQueue
+from functools import cache
 from threading import Thread
+from typing import TYPE_CHECKING
 from weakref import finalize
+
+if TYPE_CHECKING:
+    from queue import SimpleQueue
 
 # the thresholds of gc: collect new objects after this many allocations; collect the next generation after this many
 # such collections
@@ -59,21 +63,26 @@ def collect_in_small_parts() -> Iterator[None]:
         gc.set_threshold(*thresholds)
         if not frozen_by_caller:
             gc.unfreeze()
-        _unused.put(())
+        _unused().put(())
 
 
 def free_in_parts(owner: object, *parts: Sequence[object]) -> None:
     """Free the elements of long sequences in small parts, in another thread, once `owner` (which refers to `parts`) has
     been freed. The interpreter would free them in one call, which blocks all threads (85 ms for 180,000 steps)."""
     if _leave_alone in gc.callbacks and any(len(part) > FREED_AT_ONCE for part in parts):
-        finalize(owner, _unused.put, parts).atexit = False
+        finalize(owner, _unused().put, parts).atexit = False
 
 
-_unused: SimpleQueue[tuple[Sequence[object], ...]] = SimpleQueue()
+@cache
+def _unused() -> SimpleQueue[tuple[Sequence[object], ...]]:
+    """Return the queue of the sequences to free; an empty tuple ends the thread."""
+    from queue import SimpleQueue  # imported here because only servers free sequences in parts
+
+    return SimpleQueue()
 
 
 def _free() -> None:
-    while waiting := list(_unused.get()):
+    while waiting := list(_unused().get()):
         while waiting:
             rest = list(waiting.pop())
             while rest:

@@ -93,7 +93,7 @@ _DEPTH = {"LPAR": 1, "LGROUP": 1, "LSQB": 1, "RPAR": -1, "RGROUP": -1, "RSQB": -
 _BEFORE_ARGUMENT = frozenset({"WORD", "COMMA", "RGROUP"})  # RGROUP follows the task number in EXECUTE 2 pick
 
 _WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
-_GLUED = re.compile(r"[\w.^']+")
+_GLUED = r"[\w.^']+"
 # Patterns that are rarely used are strings, compiled on first use, so that vrs starts faster.
 VAL_IF = rf"(?i)\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$"
 _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
@@ -526,7 +526,7 @@ class Lexer:
 
     def _end_of_run(self, at: int) -> int:
         """Return the index after the letters, digits and characters of numbers (_ . ^ ') that begin at `at`."""
-        match = _GLUED.match(self._text, at)
+        match = re.compile(_GLUED).match(self._text, at)
         return at if match is None else match.end()
 
     def _skip_blanks(self) -> None:
