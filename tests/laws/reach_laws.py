@@ -10,7 +10,7 @@ from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetBase, SetConfiguration, SetTool
-from vrs_cli.values.results import Option, Reach, WayOut
+from vrs_cli.values.reports import Option, Reach, WayOut
 
 BORDER = 1e-6  # measure of a pose that is in two configurations
 

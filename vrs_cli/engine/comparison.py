@@ -15,7 +15,7 @@ from vrs_cli.engine.position import PlaceArrays, places_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.rope import RowPart
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.results import Apart, Comparison, Extent, Pair
+from vrs_cli.values.reports import Apart, Comparison, Extent, Pair
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats

@@ -48,12 +48,13 @@ from vrs_cli.values.commands import (
     SetTool,
     Start,
 )
-from vrs_cli.values.results import FollowReport, Position, Reach, ResyncReport
+from vrs_cli.values.results import FollowReport, Position, ResyncReport
 
 if TYPE_CHECKING:
     from vrs_cli.engine.reach import Standpoint
     from vrs_cli.engine.steering import Chunk
     from vrs_cli.trajectory.measured import MeasuredRecord
+    from vrs_cli.values.reports import Reach
 
 MIN_REPORTED_TURN = 0.01  # [rad] a larger difference from the requested turn of the tool is reported
 HAND_WIDTH_ROUNDING = 1e-6  # [m] tolerance for rounding in the width of a hand

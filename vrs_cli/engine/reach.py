@@ -36,7 +36,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.segment import CartesianPath, Segment, stops_on_the_way
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.values.commands import JointTarget, Motion, Move, PoseTarget, SetConfiguration, Start
-from vrs_cli.values.results import LineCheck, Option, Overrun, Reach, WayOut
+from vrs_cli.values.reports import LineCheck, Option, Overrun, Reach, WayOut
 
 VIA_DISTANCES = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] via points are tried at these distances from the middle of the line
 NO_LENGTH = 1e-9  # [m] on a line shorter than this, the tool only turns

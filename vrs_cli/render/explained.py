@@ -14,7 +14,7 @@ from vrs_cli.language.words.values import numbers_of
 from vrs_cli.render import blocks, plain
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.symbols import FAMILIES, SIGN, Family, Stage, Symbol, latex, latex_name
-from vrs_cli.values import replies, results
+from vrs_cli.values import replies, reports
 from vrs_cli.values.numbers import count, decimal, seconds
 
 
@@ -39,7 +39,7 @@ def reach_report(reply: replies.ReachReport, page: blocks.Page) -> Iterator[bloc
 
 
 def _options(
-    rows: Iterable[tuple[results.Option, tuple[str, ...]]], joints: int, units: JointUnits, more: Sequence[str] = ()
+    rows: Iterable[tuple[reports.Option, tuple[str, ...]]], joints: int, units: JointUnits, more: Sequence[str] = ()
 ) -> blocks.Grid:
     """Return a grid with the configurations, their reach and their joints. `more`: the headings of additional columns,
     whose cells are in `rows`."""
@@ -61,7 +61,7 @@ def _options(
     return blocks.Grid(columns, shown, boxed=True, keys=1)
 
 
-def verdict(option: results.Option, units: JointUnits) -> str:
+def verdict(option: reports.Option, units: JointUnits) -> str:
     """Return "in reach", or which joints leave their ranges and by how much, or how much too far or too close a
     location is."""
     if option.usable:
@@ -73,7 +73,7 @@ def verdict(option: results.Option, units: JointUnits) -> str:
     return f"{1e3 * abs(option.too_far):.1f} mm too {'far' if option.too_far > 0.0 else 'close'}"
 
 
-def _overruns(overruns: Sequence[results.Overrun], units: JointUnits) -> str:
+def _overruns(overruns: Sequence[reports.Overrun], units: JointUnits) -> str:
     """Describe by how much joints leave their ranges. If neighbouring joints have the same unit, only the last of these
     joints shows it."""
     parts = []
@@ -84,7 +84,7 @@ def _overruns(overruns: Sequence[results.Overrun], units: JointUnits) -> str:
     return ", ".join(parts)
 
 
-def _line_check(check: results.LineCheck, page: blocks.Page) -> Iterator[blocks.Block]:
+def _line_check(check: reports.LineCheck, page: blocks.Page) -> Iterator[blocks.Block]:
     way = f"{1e3 * check.length:.1f} mm"
     if check.duration is not None:
         stops = " and ".join(f"{1e3 * stop:.1f} mm" for stop in check.stops)
@@ -101,7 +101,7 @@ def _line_check(check: results.LineCheck, page: blocks.Page) -> Iterator[blocks.
         yield from blocks.wrap_lines(_way_out(out), Ink.NOTE, page)
 
 
-def _way_out(out: results.WayOut) -> str:
+def _way_out(out: reports.WayOut) -> str:
     if out.words:
         words = " ".join(out.words)
         return f"Instead: the same line {words}; say {words} and MOVE to where it starts first"

@@ -29,7 +29,7 @@ from vrs_cli.render.blocks import (
 )
 from vrs_cli.render.chart import chart
 from vrs_cli.render.colours import Ink, scan
-from vrs_cli.values import diagnostics, measured, replies, results
+from vrs_cli.values import diagnostics, measured, replies, reports, results
 from vrs_cli.values.numbers import count, decimal, seconds
 
 TONES: Mapping[results.Tone, Ink] = {
@@ -478,7 +478,7 @@ def _measured_comparison(reply: replies.MeasuredComparisonTable, _page: Page) ->
     yield line(f"{count(compared.reports, 'report')} from {span} beside {reply.branch}{unknown}", Ink.NOTE)
 
 
-def _measures(a: results.Extent, b: results.Extent) -> Iterator[tuple[str, ...]]:
+def _measures(a: reports.Extent, b: reports.Extent) -> Iterator[tuple[str, ...]]:
     measures = [
         ("Cycle time", a.duration, b.duration, "s"),
         ("Tool path", a.tool_path * 1000.0, b.tool_path * 1000.0, "mm"),
@@ -522,7 +522,7 @@ def _change(difference: float) -> str:
     return "" if not text.strip("0.") else text if difference < 0.0 else f"+{text}"
 
 
-def _apart(compared: results.Comparison, units: JointUnits) -> str:
+def _apart(compared: reports.Comparison, units: JointUnits) -> str:
     if compared.since is None:
         return "The robot does the same on both"
     joint = compared.joints.joint

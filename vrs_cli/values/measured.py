@@ -10,7 +10,8 @@ from msgspec import Struct
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import angle_between, distance
-from vrs_cli.values.results import Apart, Position
+from vrs_cli.values.reports import Apart
+from vrs_cli.values.results import Position
 
 MAX_LATENESS_S = 2.0  # [s] a report is dropped if it is this much older than the newest one
 

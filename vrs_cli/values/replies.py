@@ -11,7 +11,7 @@ from msgspec import Struct
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.values import measured, results
+from vrs_cli.values import measured, reports, results
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, in_order
 from vrs_cli.values.results import TaggedValue
 from vrs_cli.values.world import Contact
@@ -119,7 +119,7 @@ class ReachReport(TaggedValue, frozen=True):
     of MOVE and of MOVES to the location."""
 
     name: str
-    reach: results.Reach
+    reach: reports.Reach
     units: JointUnits = TURNING
     move_contact: Contact | None = None
     line_contact: Contact | None = None
@@ -428,7 +428,7 @@ class ComparisonTable(TaggedValue, frozen=True):
 
     a: str
     b: str
-    comparison: results.Comparison
+    comparison: reports.Comparison
     units: JointUnits = TURNING
 
 
@@ -626,7 +626,7 @@ class SolutionSteps(Struct, frozen=True):
     """One configuration in EXPLAIN IK: the intermediate values by their symbols, and the time [s] that the slowest
     joint takes from the current position at maximum velocity; None if the configuration cannot be used."""
 
-    option: results.Option
+    option: reports.Option
     steps: Mapping[str, float] = {}
     time: float | None = None
 

@@ -27,7 +27,7 @@ from vrs_cli.language.run import effects, runtime
 from vrs_cli.language.text import ast, parser, printer
 from vrs_cli.language.words import monitor, values
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values import acts, commands, replies, results
+from vrs_cli.values import acts, commands, replies, reports, results
 from vrs_cli.values import scene as scenes
 
 if TYPE_CHECKING:
@@ -186,7 +186,7 @@ def _sketch_of_reach(report: replies.ReachReport) -> acts.Sketch:
     return acts.Sketch(reach_text(report), stop, ((reach.begin, stop),), refused, tuple(balls))
 
 
-def stopping_place(reach: results.Reach) -> transform.Vector:
+def stopping_place(reach: reports.Reach) -> transform.Vector:
     """Return the point on the straight line to a location at which the tool tip must stop [m]."""
     line = reach.line
     if line.duration is not None or line.length <= 0.0:

@@ -9,7 +9,8 @@ from functools import partial
 from msgspec.structs import replace
 
 from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, UsageError
-from vrs_cli.files.store import Layout, variables_used, with_called
+from vrs_cli.files.layout import Layout
+from vrs_cli.files.store import variables_used, with_called
 from vrs_cli.interfaces.dialogue import Dialogue, beside_if
 from vrs_cli.interfaces.editor import buffer, editors
 from vrs_cli.interfaces.station import loaded_file, operands

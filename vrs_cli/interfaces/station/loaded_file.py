@@ -12,7 +12,7 @@ from weakref import WeakSet, ref
 from msgspec import Struct
 
 from vrs_cli.errors import FileDamaged, IllegalValue, VrsError
-from vrs_cli.files.store import Layout
+from vrs_cli.files.layout import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis import analyzer, structure
 from vrs_cli.language.run.environment import Environment

@@ -17,7 +17,8 @@ from vrs_cli.contacts.watch import ContactWatch
 from vrs_cli.devices.outside import Outside
 from vrs_cli.engine import branches, engine
 from vrs_cli.engine.clock import RobotClock
-from vrs_cli.files import opening, store
+from vrs_cli.files import opening
+from vrs_cli.files.layout import Layout
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
 from vrs_cli.interfaces.station import loaded_file
@@ -130,7 +131,7 @@ class Station:
         # raises FileError or LimitReached if the robot can store no change now
         self.check_room: Callable[[], None] = lambda: None
         self.driver.answers, self.driver.then = self._answers, self._then
-        self.layout = store.Layout()
+        self.layout = Layout()
         # folder for the files of programs that begin now; None: use `folder`
         self._given: opening.Folder | None = None
         self.home = folder  # CD without an argument returns to this folder; CD cannot leave it if it is closed
@@ -311,8 +312,10 @@ class Station:
     ) -> Dialogue[None]:
         """Compile in another thread the long programs among `callers` and all programs that these may call.
         `everywhere`: the program that may be started at any step."""
+        from vrs_cli.files.store import may_be_called  # imported here because only long programs need it
+
         known = {key: stored.program for key, stored in programs.items()}
-        found = yield from beside(lambda: store.may_be_called(callers, known))
+        found = yield from beside(lambda: may_be_called(callers, known))
         needed = dict.fromkeys(one.key for one in found if len(one.steps) > loaded_file.LONG_PROGRAM)
         executables = [self.environment.executable(programs[key]) for key in needed]
 

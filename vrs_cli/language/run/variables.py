@@ -8,7 +8,6 @@ is an undefined variable, so that reading it raises an error.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Set
-from heapq import nsmallest
 from itertools import chain, islice, repeat
 from typing import Any, NamedTuple, NoReturn, cast
 from weakref import ref
@@ -431,6 +430,8 @@ class Variables:
         because not all keys are sorted."""
         simple, arrays = self._named_by(kind)
         keys = [str(key) for key in (*simple, *(arrays - simple)) if str(key).startswith(begun)]
+        from heapq import nsmallest  # imported here because only lists of variables need it
+
         rows = chain.from_iterable(self._rows_named(kind, key) for key in nsmallest(most, keys))
         return islice(rows, most)
 
