@@ -541,26 +541,26 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 65_036  # of Python, in all
+MAX_STATEMENTS = 65_086  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
     "extras": 70,
     "page": 133,
     "hatch_build": 76,
-    "kinematics": 6084,
-    "values": 1667,
-    "trajectory": 3471,
-    "engine": 5347,
-    "language": 7610,
+    "kinematics": 6087,
+    "values": 1683,
+    "trajectory": 3474,
+    "engine": 5349,
+    "language": 7616,
     "wire": 1070,
-    "files": 3420,
-    "world": 1235,
+    "files": 3428,
+    "world": 1237,
     "devices": 962,
     "convert": 1065,
-    "contacts": 992,
+    "contacts": 994,
     "twin": 669,
-    "interfaces": 7713,
+    "interfaces": 7720,
     "net": 6861,
     "bodies": 974,
     "render": 2052,
@@ -569,15 +569,15 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "lab": 1008,
     "highlight": 35,
     "lsp": 833,
-    "teach": 4242,
+    "teach": 4243,
     "cli": 3566,
     "__main__": 39,
     "__init__": 13,
 }
-MAX_FILES = 323  # with content
+MAX_FILES = 327  # with content
 MAX_DEPTH = 26  # modules in a chain of imports
 MAX_TYPESCRIPT_LINES = {"src": 7_641, "test": 2_000}  # of the page
-MAX_BEHIND_PROTOCOL = 51  # modules that `import vrs_cli.net.protocol` loads
+MAX_BEHIND_PROTOCOL = 53  # modules that `import vrs_cli.net.protocol` loads
 
 
 @cache

@@ -40,10 +40,11 @@ def test_the_version_imports_nearly_nothing() -> None:
 def test_a_short_program_loads_no_module_that_it_does_not_need(subcommand: str) -> None:
     modules = modules_of(subcommand, "programs/hello.v2")
     own = (
-        *("devices.device", "engine.reach", "engine.steering", "files.atomic", "files.disk"),
-        *("language.compile.direct", "repl.piped"),
+        *("devices.device", "engine.reach", "engine.steering", "files.atomic", "files.disk", "files.store"),
+        *("kinematics.formula", "language.compile.direct", "repl.piped"),
+        *("values.hand", "values.reports", "values.world"),
     )
-    for heavy in ("numpy", "lark", "rich", "pathlib", *(f"vrs_cli.{name}" for name in own)):
+    for heavy in ("numpy", "lark", "rich", "heapq", "pathlib", "queue", *(f"vrs_cli.{name}" for name in own)):
         assert heavy not in modules
 
 
