@@ -19,6 +19,7 @@ from vrs_cli.errors import (
     FileDamaged,
     FileError,
     FileOutside,
+    IllegalSignal,
     JointOutOfRange,
     LimitReached,
     RequestRefused,
@@ -210,6 +211,19 @@ def test_signals_of_the_robot_come_beside_those_of_a_call() -> None:
     assert (r["SIG(1002)"], r["SIG(1003)"]) == (-1.0, 0.0)
     r.do("WAIT SIG(1003)")
     assert r.now == 5.0
+
+
+def test_signals_that_a_sensor_sets_are_refused(tmp_path: Path) -> None:
+    cell = tmp_path / "gate.toml"
+    cell.write_text('[[sensor]]\nname = "gate"\nkind = "beam"\nsignal = 1004\nfrom = [400, 0, 0]\nto = [400, 9, 0]\n')
+    given = [(0.5, 1004, True)]
+    with pytest.raises(IllegalSignal, match="a sensor of the cell sets it"):
+        vrs.Robot(cell=cell, signals=given)
+    r = defined(WAITS)
+    with pytest.raises(IllegalSignal, match="a sensor of the cell sets it"):
+        r.execute("waits", cell=cell, signals=given)
+    r.do("SIGNAL 1004", cell=None)  # the cell of the refused call is gone
+    assert r["SIG(1004)"] == -1.0
 
 
 def test_a_cell_is_around_a_robot_or_a_call() -> None:

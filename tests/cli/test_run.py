@@ -456,6 +456,18 @@ def test_signals_of_a_file_come_at_their_times(vrs: Vrs, tmp_path: Path) -> None
     assert "task 1 is ended at beside step 1: *Endless wait* waits for SIG(1002), which nothing here turns" in ended.out
 
 
+SENSOR = '[[sensor]]\nname = "gate"\nkind = "beam"\nsignal = 1004\nfrom = [400, 0, 0]\nto = [400, 100, 0]\n'
+
+
+def test_signals_that_a_sensor_sets_are_refused(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "cell.csv").write_text("0.5, 1004, ON\n")
+    (tmp_path / "cell.toml").write_text(SENSOR)
+    (tmp_path / "w.v2").write_text(".PROGRAM w\nDELAY 1\n.END\n")
+    ended = vrs("run", "w.v2", "--cell", "cell.toml", "--signals", "cell.csv")
+    assert (ended.status, ended.out) == (1, "")
+    assert "*Illegal digital signal* 1004 of cell.csv (a sensor of the cell sets it)" in ended.err
+
+
 def test_a_wrong_file_of_signals_is_refused(vrs: Vrs, tmp_path: Path) -> None:
     (tmp_path / "w.v2").write_text(WAITING)
     (tmp_path / "cell.csv").write_text("1.5, 1, ON\n")

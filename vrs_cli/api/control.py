@@ -91,7 +91,7 @@ def local_port(
     )
     if given.cell is not None:
         session.driver.surround(given.cell)
-    session.driver.inputs = given.inputs
+    session.driver.add_inputs(given.inputs)
     return LocalPort(session, console)
 
 

@@ -23,7 +23,7 @@ from vrs_cli.cli.outputs import Outputs, journal
 from vrs_cli.cli.sources import Source, cell_file, has_errors, pose_object, position_object, robot_of, sources_of, tidy
 from vrs_cli.engine.book import displacement_of
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import EndOfInput, FileError, LimitReached, UndefinedName, VrsError, did_you_mean
+from vrs_cli.errors import EndOfInput, FileError, IllegalSignal, LimitReached, UndefinedName, VrsError, did_you_mean
 from vrs_cli.files import opening, program_file
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.station.station import Station
@@ -250,7 +250,10 @@ class Batch(Struct, frozen=True):
         if options.signals is not None:
             from vrs_cli.files.timed_lines import read_signals
 
-            station.driver.inputs = read_signals(options.signals)
+            try:
+                station.driver.add_inputs(read_signals(options.signals))
+            except IllegalSignal as error:
+                raise IllegalSignal(f"{error.detail} of {options.signals}", error.hint) from None
         return station
 
     def _program(self, station: Station) -> str:

@@ -159,7 +159,7 @@ At the prompt: HINT, AGAIN, SKIP, BACK, LESSONS, LESSON N, and all of VAL-II.
   vrs learn my_lessons      your own lessons: a folder with lessons, or one lesson
   vrs learn --check FOLDER  report the mistakes in a lesson, or in all lessons of a folder
 
-HINT helps, AGAIN shows the step again, SKIP does the step for you, BACK goes one step back,
+HINT gives a hint, AGAIN shows the step again, SKIP does the step for you, BACK goes back one step,
 LESSONS lists all lessons, LESSON N goes to one of them.
 
 Without a terminal, the lines of standard input are taken as the learner's. The exit status

@@ -119,7 +119,7 @@ def _station(exercise: Exercise) -> Station:
     )
     station.dialect = exercise.dialect
     station.driver.surround(exercise.cell)
-    station.driver.inputs = exercise.inputs
+    station.driver.add_inputs(exercise.inputs)
     return station
 
 

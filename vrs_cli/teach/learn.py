@@ -30,8 +30,8 @@ from vrs_cli.values.replies import Farewell
 
 T = TypeVar("T")
 WORDS = (
-    "HINT helps, AGAIN shows the step again, SKIP does it for you, BACK goes one step back, LESSONS lists all. EXIT "
-    "leaves: `vrs learn` goes on there."
+    "HINT gives a hint, AGAIN shows the step again, SKIP does it for you, BACK goes back one step, LESSONS lists all "
+    "lessons. EXIT leaves; `vrs learn` continues from there."
 )
 
 

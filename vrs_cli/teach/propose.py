@@ -164,7 +164,7 @@ class _Proposal:
 
     def _write_checks(self, checks: Sequence[Proposed], variants: str) -> None:
         head = [
-            "# Proposed from a solution: remove what is not wanted, and change names, points and tolerances.",
+            "# Proposed from a solution: remove checks that you do not want, and change names, points and tolerances.",
             f"title = {_quote(self.name)}",
             f"robot = {_quote(self.robot)}",
             f"dialect = {_quote(self.dialect.value)}",

@@ -31,28 +31,25 @@ RESULTS: Mapping[str, tuple[values.Kind, ...]] = {
 
 
 KEYS: tuple[tuple[str, str], ...] = (
-    ("Tab", "what may come next: words, names, files"),
-    ("Right, End", "take the rest of the line that is suggested from the history"),
-    ("Up, Down", "lines typed before that begin as this one does"),
-    ("Ctrl-R", "search the lines typed before"),
-    ("F1", "help on the word at the cursor; the same: word? and Enter, ? alone for all words"),
-    (
-        "Ctrl-X",
-        "ABORT, at once: beside the line that is typed, a question or an editor, and while a line is carried out",
-    ),
-    ("Ctrl-C", "drop the line; on an empty line stop the program that runs"),
+    ("Tab", "show what can follow: words, names, files"),
+    ("Right, End", "accept the line that is suggested from the history"),
+    ("Up, Down", "earlier lines that begin like this one"),
+    ("Ctrl-R", "search the earlier lines"),
+    ("F1", "help on the word at the cursor, like word? and Enter; ? and Enter lists all words"),
+    ("Ctrl-X", "ABORT at once, even while you type, answer a question, edit, or wait for a command"),
+    ("Ctrl-C", "discard the line; if it is empty, stop the running program"),
     ("Ctrl-D", "leave"),
-    ("Ctrl-Z", "suspend the shell; fg in the shell of the system goes on"),
+    ("Ctrl-Z", "suspend vrs; type fg in your system's shell to continue"),
     ("Ctrl-L", "clear the screen"),
-    ("Ctrl-A, Ctrl-E", "go to the begin, to the end of the line"),
-    ("Ctrl-W, Ctrl-K, Ctrl-U", "cut the word before the cursor, all behind it, all of the line; Ctrl-Y puts it back"),
+    ("Ctrl-A, Ctrl-E", "go to the beginning, to the end of the line"),
+    ("Ctrl-W, Ctrl-K, Ctrl-U", "cut the word before the cursor, all after it, the whole line; Ctrl-Y inserts it again"),
     ("Ctrl-_", "undo what was typed"),
     ("vi keys", 'set keys = "vi" in the file that vrs tools config names'),
 )
 
 SEEING = (
     ("SHOW", "a picture of the arm on this terminal"),
-    ("vrs view", "the arm in a browser; type it outside this prompt, as all that begins with vrs"),
+    ("vrs view", "the arm in a browser; type commands that begin with vrs outside this prompt"),
     ("vrs view hello.v2", "the same, with a program"),
     ("vrs demo", "a sample program moves the arm"),
 )
@@ -64,7 +61,7 @@ TUTORIAL = (
     ("UNDO", "take that back"),
     ("LOAD hello", "load a sample program"),
     ("EXECUTE hello", "execute it"),
-    ("vrs learn", "thirteen lessons that see what you do; type it outside this prompt"),
+    ("vrs learn", "thirteen lessons that check what you do; type it outside this prompt"),
 )
 
 # name of the topic about the line editor EDIT

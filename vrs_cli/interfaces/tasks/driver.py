@@ -531,6 +531,11 @@ class Driver:
         self.environment.signals.names = cell.names
         self.world, self.environment.signals.cell_inputs = world_of(self.engine, cell)
 
+    def add_inputs(self, inputs: Inputs) -> None:
+        """Let inputs also change at known times. Raises IllegalSignal if a sensor of the cell sets one of them."""
+        self.environment.signals.check_not_sensed(change.signal for change in inputs.left)
+        self.inputs = self.inputs.with_more(inputs.left)
+
     def _follow(self, signal: int, on: bool) -> None:
         """Apply the cell's rules to a signal that has changed. Inputs that the world computes are not changed by
         rules."""
@@ -549,11 +554,11 @@ class Driver:
         counted from now. Changes that are not due before the end of the context are dropped."""
         signals = self.environment.signals
         before, world = (self.cell, self._living, signals.names, signals.cell_inputs), self.world
-        own, given = self.inputs.left, inputs.later(self.engine.now).left
+        own, given = self.inputs.left, inputs.later(self.engine.now)
         if cell is not None:
             self.surround(cell)
-        self.inputs = self.inputs.with_more(given)
         try:
+            self.add_inputs(given)
             yield
         finally:
             stay = signals.computed_states() if cell is not None else ()
@@ -562,7 +567,7 @@ class Driver:
             self.world = world or self.world
             # the inputs that the cell's world computed keep their states
             signals.write(*stay, inputs=True, stamp=commands.Stamp(self.engine.now))
-            kept, dropped = {id(change) for change in own}, {id(change) for change in given}
+            kept, dropped = {id(change) for change in own}, {id(change) for change in given.left}
             left = (change for change in self.inputs.left if id(change) not in dropped)
             self.inputs = Inputs.of(change for change in left if cell is None or id(change) in kept)
 
