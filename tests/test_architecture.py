@@ -541,7 +541,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 65_086  # of Python, in all
+MAX_STATEMENTS = 65_092  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -560,7 +560,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "convert": 1065,
     "contacts": 994,
     "twin": 669,
-    "interfaces": 7720,
+    "interfaces": 7724,
     "net": 6861,
     "bodies": 974,
     "render": 2052,
@@ -570,7 +570,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "highlight": 35,
     "lsp": 833,
     "teach": 4243,
-    "cli": 3566,
+    "cli": 3568,
     "__main__": 39,
     "__init__": 13,
 }
