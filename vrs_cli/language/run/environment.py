@@ -111,9 +111,8 @@ class Unset:
 
 
 UNSET = Unset()
-MAX_BOUND = (
-    200  # with more programs that have bound calls, no direct functions are bound; this limits how deep they nest
-)
+# if more programs have bound calls, no more direct functions are bound; this limits how deep they nest
+MAX_BOUND = 200
 
 # Functions that carry out instructions. They take the values of the operands, and return the requests and effects that
 # the program yields. They themselves change variables, signals and timers.
