@@ -541,7 +541,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 65_092  # of Python, in all
+MAX_STATEMENTS = 65_089  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -554,13 +554,13 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "engine": 5349,
     "language": 7616,
     "wire": 1070,
-    "files": 3428,
+    "files": 3427,
     "world": 1237,
     "devices": 962,
     "convert": 1065,
     "contacts": 994,
     "twin": 669,
-    "interfaces": 7724,
+    "interfaces": 7722,
     "net": 6861,
     "bodies": 974,
     "render": 2052,

@@ -33,7 +33,7 @@ UNIT = 5
 
 @pytest.fixture
 def disk(tmp_path: Path) -> Disk:
-    disk = Disk(Folder(tmp_path))
+    disk = Disk(lambda _task: Folder(tmp_path))
     disk.attach(MAIN, UNIT)
     return disk
 
@@ -211,7 +211,7 @@ def test_nothing_is_left_of_a_file_that_the_disk_has_no_room_for(
 def test_names_cannot_leave_the_folder(tmp_path: Path, name: str, access: Access) -> None:
     inside = tmp_path / "inside"
     inside.mkdir()
-    disk = Disk(Folder(inside))
+    disk = Disk(lambda _task: Folder(inside))
     disk.attach(MAIN, UNIT)
     with pytest.raises(FileOutside):
         disk.open(MAIN, UNIT, name, access)
@@ -227,7 +227,7 @@ def test_links_cannot_leave_the_folder(tmp_path: Path) -> None:
     (inside / "link.txt").symlink_to(secret)
     (inside / "up").symlink_to(tmp_path)
     (inside / "own.txt").symlink_to(inside / "real.txt")
-    disk = Disk(Folder(inside))
+    disk = Disk(lambda _task: Folder(inside))
     disk.attach(MAIN, UNIT)
     for name in ("link.txt", "up/secret.txt", "up/new.txt"):
         for access in Access:
@@ -244,7 +244,7 @@ def test_links_cannot_leave_the_folder(tmp_path: Path) -> None:
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with a path")
 def test_a_pipe_is_no_file(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
-    disk = Disk(Folder(tmp_path))
+    disk = Disk(lambda _task: Folder(tmp_path))
     disk.attach(MAIN, UNIT)
     assert opened(disk, "pipe", Access.READ) == FileError.code
 
@@ -256,7 +256,8 @@ LINES = st.lists(st.text(st.characters(codec="utf-8", exclude_characters="\n\r\u
 
 @given(LINES)
 def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, lines: list[str]) -> None:
-    disk = Disk(Folder(tmp_path_factory.mktemp("disk")))
+    folder = Folder(tmp_path_factory.mktemp("disk"))
+    disk = Disk(lambda _task: folder)
     disk.attach(MAIN, UNIT)
     opened(disk, "a.txt", Access.WRITE)
     for line in lines:
@@ -271,7 +272,7 @@ def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, lines
 def test_any_bytes_can_be_read(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     folder = tmp_path_factory.mktemp("disk")
     (folder / "a.bin").write_bytes(content)
-    disk = Disk(Folder(folder))
+    disk = Disk(lambda _task: Folder(folder))
     disk.attach(MAIN, UNIT)
     opened(disk, "a.bin", Access.READ)
     while disk.character(MAIN, UNIT) >= 0:
@@ -394,12 +395,12 @@ def test_a_working_folder_is_as_a_copy_without_links(acts: list[tuple[Access | s
         folder = made(Path(place))
         before, copied = contents(Path(place)), Path(place, "copy")
         shutil.copytree(folder, copied, ignore=shutil.ignore_patterns("link*"))
-        expected = done(Disk(Folder(copied, closed=True)), acts)
+        expected = done(Disk(lambda _task: Folder(copied, closed=True)), acts)
         wanted = contents(copied)
         shutil.rmtree(copied)
         kept = Path(place, "kept")
         with working_folder(folder, kept) as working:
-            assert done(Disk(working), acts) == expected
+            assert done(Disk(lambda _task: working), acts) == expected
             named = {name: text for name, text in wanted.items() if (kept / name).exists()}
             assert contents(kept) == named
             assert all(before.get(f"cell/{name}") == text for name, text in wanted.items() if name not in named)
@@ -408,7 +409,7 @@ def test_a_working_folder_is_as_a_copy_without_links(acts: list[tuple[Access | s
         assert contents(Path(place)) == before
         assert all(before.get(f"cell/{name}") == wanted[name] for name in wanted.keys() - written.keys())
         with working_folder(folder) as working:
-            assert done(Disk(working), acts) == expected
+            assert done(Disk(lambda _task: working), acts) == expected
         assert not working.at.exists()
         assert contents(Path(place)) == before
 

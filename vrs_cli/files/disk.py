@@ -269,17 +269,15 @@ class Unit(Struct, eq=False):
 
 
 class Disk(Struct, eq=False):
-    """The logical units and open files of all tasks. File names are relative to `folder`, or to the task's own folder,
-    and cannot lead out of it. `spend`: called with the number of bytes before they are written. `hold`: called before a
-    file is opened, with the total size of all files open for reading. Both functions may raise an error to refuse the
-    operation.
+    """The logical units and open files of all tasks. `folder_of`: returns the folder of a task by its number; the names
+    of its files are relative to this folder, and cannot lead out of it. `spend`: called with the number of bytes before
+    they are written. `hold`: called before a file is opened, with the total size of all files open for reading. Both
+    functions may raise an error to refuse the operation.
     """
 
-    folder: Folder
+    folder_of: Callable[[int], Folder]
     spend: Callable[[int], None] = lambda _size: None
     hold: Callable[[int], None] = lambda _characters: None
-    # the folder of each task that has its own folder, by task number
-    folders: dict[int, Folder] = field(default_factory=dict)
     terminal: Unit = field(default_factory=Unit)  # the terminal, as all tasks use it
     _units: dict[tuple[int, int], Unit] = field(default_factory=dict)
 
@@ -323,7 +321,7 @@ class Disk(Struct, eq=False):
         """Open a file on a unit. Raises UnitNotAttached, FileOutside, and the errors of `hold` and `spend`; other
         errors set the status.
         """
-        folder = self.folders.get(task, self.folder)
+        folder = self.folder_of(task)
         one, path = self.attached_unit(task, unit), folder.inside(name)
         if access is Access.READ and path.is_file():
             read = sum(len(other.file.getvalue()) for other in self._units.values() if isinstance(other.file, StringIO))
@@ -351,7 +349,7 @@ class Disk(Struct, eq=False):
 
     def delete(self, task: int, unit: int, name: str) -> None:
         """Delete a file, and set the status of the unit. Raises UnitNotAttached, FileOutside."""
-        folder = self.folders.get(task, self.folder)
+        folder = self.folder_of(task)
         one, path = self.attached_unit(task, unit), folder.inside(name)
         with one.attempt():
             if any(other.path == path for other in self._units.values()):

@@ -23,7 +23,7 @@ class Extent(Struct, frozen=True):
 
 
 class Pair(Struct, frozen=True):
-    """The same command in two timelines; None for a timeline that does not contain it."""
+    """The records of one command in the timelines a and b. A record is None if its timeline lacks the command."""
 
     a: CommandRecord | None
     b: CommandRecord | None

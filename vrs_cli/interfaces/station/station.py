@@ -168,7 +168,7 @@ class Station:
         started with a closed folder keeps that folder."""
         self.folder = folder
         if not folder.closed:
-            self.driver.devices.change_folder(folder)
+            self.driver.devices.folder = folder
 
     # --- programs ---
 

@@ -47,16 +47,14 @@ class Devices(Struct, eq=False):
         if self._disk is None:
             from vrs_cli.files.disk import Disk  # imported here because most programs use no files
 
-            self._disk = Disk(self.folder, self.spend, self.hold, self.folders)
+            self._disk = Disk(self.folder_of, self.spend, self.hold)
         return self._disk
 
     # --- folders ---
 
-    def change_folder(self, folder: Folder) -> None:
-        """Change the folder for the files that tasks without their own folder open from now on."""
-        self.folder = folder
-        if self._disk is not None:
-            self._disk.folder = folder
+    def folder_of(self, task: int) -> Folder:
+        """Return the folder for the files of a task."""
+        return self.folders.get(task, self.folder)
 
     def place(self, task: int, folder: Folder | None) -> None:
         """Set the folder for the files of a new task; if it is None, the task uses the common `folder`."""
